@@ -1,0 +1,76 @@
+#pragma once
+/// The configuration file (TOML) and `--set KEY=VALUE`. Every key stands in one table, KeyTable(), which
+/// reading, checking, help and the tests share.
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "servohil/model/parameters.hpp"
+
+namespace servohil::app {
+
+struct LoopSettings {
+  int wake_ticks = 10;  ///< ticks of 0.1 ms per wake-up
+  int priority = 80;    ///< SCHED_FIFO
+  int cpu = -1;         ///< -1: any
+};
+
+struct CanSettings {
+  std::string dbc = "servohil.dbc";
+  std::vector<std::string> buses = {"auto"};
+  std::vector<std::string> interfaces = {"vcan0", "can0"};
+  int bit_rate_bit_s = 500'000;
+  int command_cycle_ms = 10;  ///< expected of the governor; for the bus load
+};
+
+/// Cycle times of the published messages [ms]; 0: not sent.
+struct PublishSettings {
+  int position_ms = 10;
+  int pressures_ms = 10;
+  int relay_ms = 100;
+  int status_ms = 100;
+};
+
+struct Configuration {
+  model::Parameters model;
+  std::string load_file = "load_curve.csv";
+  double start_x3_in = 4.0;
+  LoopSettings loop;
+  CanSettings can;
+  PublishSettings publish;
+};
+
+/// Where a key's value lives in a Configuration.
+using Place = std::variant<double& (*)(Configuration&), int& (*)(Configuration&), bool& (*)(Configuration&),
+                           std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
+                           model::CamShape& (*)(Configuration&)>;
+
+struct Key {
+  const char* name;  ///< "servo.underlap_in"
+  const char* unit;  ///< "in"; empty where there is none
+  double minimum;    ///< numbers only, inclusive
+  double maximum;
+  const char* meaning;  ///< one line, with the symbol and source
+  Place place;
+};
+
+std::span<const Key> KeyTable();
+
+/// Reads `file` (or the default configuration when empty), applies `settings` ("KEY=VALUE") in order, reads
+/// the load table, checks everything. Relative paths in the file are relative to the file, in `settings` to
+/// the current directory.
+/// @throws UsageError, one line: file, line, key, value and what would be right
+Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings);
+
+/// The configuration that applies without -c: ./config/servohil.toml, else the installed one beside the
+/// program.
+std::filesystem::path DefaultConfigurationFile();
+
+/// "servo.underlap_in = 0.002 in   0 to 0.05   U, underlap ..." for every key: what `--help` shows.
+std::string DescribeKeys();
+
+}  // namespace servohil::app

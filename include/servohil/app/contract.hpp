@@ -1,0 +1,73 @@
+#pragma once
+/// The DBC file bound to the emulator's quantities: which frame carries the command, and what goes into which
+/// signal of the published ones. No id, scale or offset is compiled in.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "servohil/app/configuration.hpp"
+#include "servohil/app/telemetry.hpp"
+#include "servohil/can/dbc.hpp"
+#include "servohil/can/frame.hpp"
+
+namespace servohil::app {
+
+/// Why a frame is not a command.
+enum class CommandRejection : std::uint8_t {
+  kUnknownId,   ///< somebody else's frame: counted, never an error
+  kMalformed,   ///< ours, but too short or a remote frame
+  kOutOfRange,  ///< P1 outside the DBC's range, or not a number
+};
+
+class Contract {
+ public:
+  /// @throws UsageError naming file, line, and what is missing or of another unit
+  Contract(can::Database database, const PublishSettings& publish);
+
+  /// Identifier of the command frame.
+  std::uint32_t CommandId() const noexcept { return command_->id; }
+  bool CommandIsExtended() const noexcept { return command_->extended; }
+  /// Command in `frame`; else `rejection` tells why not.
+  std::optional<Command> DecodeCommand(const can::Frame& frame, CommandRejection& rejection) const noexcept;
+
+  /// Frame of one published message. Values that its signals cannot hold saturate.
+  can::Frame Encode(Published which, const Telemetry& telemetry,
+                    const model::Outputs& outputs) const noexcept;
+
+  /// Cycle time in ticks; 0: never.
+  std::uint64_t CycleTicks(Published which) const noexcept;
+
+  /// One line per message that this run sends or receives, with its share of the bus.
+  struct Load {
+    std::string message;
+    int cycle_ms = 0;
+    double bits_per_s = 0.0;  ///< at worst-case bit stuffing
+  };
+  std::vector<Load> BusLoad(int command_cycle_ms) const;
+
+ private:
+  struct Field {
+    const can::Signal* signal;
+    double (*value)(const Telemetry&, const model::Outputs&);
+  };
+  struct Outgoing {
+    const can::Message* message = nullptr;
+    std::vector<Field> fields;
+    int cycle_ms = 0;
+  };
+
+  can::Database database_;
+  const can::Message* command_;
+  const can::Signal* p1_demand_;
+  std::array<Outgoing, kPublishedCount> outgoing_;
+};
+
+/// Longest time on the bus, in bits, of a classical frame with `size_bytes` of data: worst-case stuffing and
+/// interframe space included. Davis, Burns, Bril, Lukkien, "Controller Area Network schedulability analysis",
+/// Real-Time Systems 35 (2007), eq. (1): g + 8s + 13 + floor((g + 8s - 1)/4), g = 34 (standard) or 54
+/// (extended).
+int WorstCaseFrameBits(int size_bytes, bool extended) noexcept;
+
+}  // namespace servohil::app

@@ -1,0 +1,22 @@
+#pragma once
+/// Signals in and out of frame data. Bytes are shifted, never cast: the same on any host.
+
+#include <cstdint>
+#include <span>
+
+#include "servohil/can/dbc.hpp"
+
+namespace servohil::can {
+
+/// Raw value of a signal, sign-extended. Real-time safe. @pre the signal lies inside `data`
+std::int64_t ExtractRaw(const Signal& signal, std::span<const std::uint8_t> data) noexcept;
+/// Writes the low `length_bits` of raw; other bits stay. Real-time safe. @pre as above
+void InsertRaw(const Signal& signal, std::int64_t raw, std::span<std::uint8_t> data) noexcept;
+
+/// Physical value: raw * factor + offset (raw taken as unsigned where the signal is).
+double Decode(const Signal& signal, std::span<const std::uint8_t> data) noexcept;
+/// Writes the nearest representable value of `physical`, saturating at what the raw field holds and at the
+/// stated range. NaN writes the minimum. @return false when it saturated (or NaN)
+bool Encode(const Signal& signal, double physical, std::span<std::uint8_t> data) noexcept;
+
+}  // namespace servohil::can

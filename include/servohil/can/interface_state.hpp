@@ -1,0 +1,22 @@
+#pragma once
+/// What the kernel knows of a CAN interface. Nothing here throws or writes to the standard streams.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace servohil::can {
+
+/// The kernel has an interface of this name and it is a CAN interface.
+bool IsCanInterface(const std::string& name) noexcept;
+
+/// The interface exists and is up.
+bool IsInterfaceUp(const std::string& name) noexcept;
+
+/// Nominal bit rate of a real interface that is up; nothing for a virtual one (it has none).
+std::optional<std::uint32_t> InterfaceBitRate(const std::string& name) noexcept;
+
+/// For people: "up, 500000 bit/s, error-active", "up, virtual", "down", "gone".
+std::string DescribeInterface(const std::string& name);
+
+}  // namespace servohil::can

@@ -1,0 +1,26 @@
+#pragma once
+/// Flow laws. Pure, real-time safe. Odd in the pressure difference.
+
+#include <cmath>
+
+namespace servohil::model {
+
+/// Flow through a sharp-edged orifice, thesis (2.4) to (2.6):
+///   Q = sgn(dP) k sqrt(x² + c²) sqrt|dP|   for x > 0,   sgn(dP) k c sqrt|dP|   otherwise
+///   Q [in³/s]   dP [psi]   x opening [in]   c radial clearance [in]   k = c_d pi d sqrt(2/rho)
+/// Its slope is infinite at dP = 0.
+inline double OrificeFlow(double dP, double x, double c, double k) noexcept {
+  const double opening_squared = x <= 0.0 ? c * c : x * x + c * c;  // in this order a NaN is not swallowed
+  return std::copysign(k * std::sqrt(opening_squared * std::fabs(dP)), dP);
+}
+
+/// Flow through the capillary in the relay plunger, laminar with entrance loss, thesis (2.3):
+///   dP = a Q (1 + b Q)   =>   Q = (-1 + sqrt(1 + 4 b dP / a)) / (2 b)
+///   a = 128 mu L4 / (pi d4⁴) [lbf s/in⁵]   b = 2.28 rho / (16 pi mu L4) [s/in³]
+/// The one physical root (errata 11), written so that nothing cancels and b may be 0.
+inline double CapillaryFlow(double dP, double a, double b) noexcept {
+  const double laminar = dP / a;
+  return 2.0 * laminar / (1.0 + std::sqrt(1.0 + 4.0 * b * std::fabs(laminar)));
+}
+
+}  // namespace servohil::model

@@ -1,0 +1,22 @@
+#include "servohil/app/contract.hpp"
+
+namespace servohil::app {
+
+int WorstCaseFrameBits(int size_bytes, bool extended) noexcept {
+  const int stuffable = (extended ? 54 : 34) + 8 * size_bytes;
+  return stuffable + 13 + (stuffable - 1) / 4;
+}
+
+std::vector<Contract::Load> Contract::BusLoad(int command_cycle_ms) const {
+  const auto load = [](const can::Message& message, int cycle_ms) {
+    const double bits = WorstCaseFrameBits(message.size_bytes, message.extended);
+    return Load{message.name, cycle_ms, bits * 1000.0 / cycle_ms};
+  };
+  std::vector<Load> loads = {load(*command_, command_cycle_ms)};
+  for (const Outgoing& outgoing : outgoing_) {
+    if (outgoing.cycle_ms != 0) loads.push_back(load(*outgoing.message, outgoing.cycle_ms));
+  }
+  return loads;
+}
+
+}  // namespace servohil::app

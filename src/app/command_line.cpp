@@ -1,0 +1,74 @@
+/// The program's entry: command line, and the one place where errors become exit statuses.
+
+#include <cstdio>
+#include <exception>
+#include <iostream>
+
+#include "commands.hpp"
+#include "servohil/error.hpp"
+
+namespace servohil::app {
+
+void ConfigurationOptions::AddTo(CLI::App& command) {
+  command
+      .add_option(
+          "-c,--config", file,
+          "configuration (TOML); default: ./config/servohil.toml, else the one installed with the program")
+      ->type_name("FILE");
+  command
+      .add_option("--set", settings,
+                  "overrides one key of the configuration, e.g. servo.underlap_in=0.001; repeatable")
+      ->type_name("KEY=VALUE")
+      ->take_all();
+  command.add_flag_callback(
+      "--help-keys",
+      [] {
+        std::cout << "Configuration keys: name = default unit [range], meaning\n" << DescribeKeys();
+        throw CLI::Success();
+      },
+      "lists every configuration key with unit, default and range");
+}
+
+namespace {
+
+int Main(int argc, char** argv) {
+  CLI::App program(
+      "servohil: real-time emulator of a steam turbine's governing-valve servomotor on CAN.\n"
+      "Units: in, lbf, s, psi gauge. Time step 0.1 ms.");
+  program.set_version_flag("--version", "servohil " SERVOHIL_VERSION);
+  program.require_subcommand(1);
+  program.footer(
+      "Exit status: 0 ok; 1 the run was not valid (late ticks or model fault); 2 usage or configuration;\n"
+      "3 the machine lacks something (interface, permission, disk).");
+  int exit_status = kExitOk;
+  AddRunCommand(program, exit_status);
+  AddSimulateCommand(program, exit_status);
+  AddSteadyCommand(program, exit_status);
+  try {
+    program.parse(argc, argv);
+    return exit_status;
+  } catch (const CLI::Success& success) {  // --help, --version
+    return program.exit(success);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "servohil: " << error.what() << "; --help tells more\n";
+    return kExitUsage;
+  } catch (const UsageError& error) {
+    std::cerr << "servohil: " << error.what() << '\n';
+    return kExitUsage;
+  } catch (const EnvironmentError& error) {
+    std::cerr << "servohil: " << error.what() << '\n';
+    return kExitEnvironment;
+  }
+}
+
+}  // namespace
+}  // namespace servohil::app
+
+int main(int argc, char** argv) {
+  try {
+    return servohil::app::Main(argc, argv);
+  } catch (const std::exception& error) {  // out of memory, a file system that vanished
+    std::fprintf(stderr, "servohil: %s\n", error.what());
+    return servohil::app::kExitEnvironment;
+  }
+}

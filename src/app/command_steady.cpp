@@ -1,0 +1,105 @@
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "commands.hpp"
+#include "servohil/error.hpp"
+
+namespace servohil::app {
+namespace {
+
+struct Options {
+  ConfigurationOptions configuration;
+  std::optional<double> x3_in;
+  std::optional<double> p1_psi;
+  bool json = false;
+};
+
+std::string Number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+/// Why there is no steady state, in words and numbers.
+std::string Reason(const model::Derived& d, model::SteadyStateError error, double x3_in) {
+  const double p3_psi = d.load.PressureAt(x3_in);
+  const std::string at = "no steady state at x3 = " + Number(x3_in) + " in: ";
+  switch (error) {
+    case model::SteadyStateError::kLoadAboveSupply:
+      return at + "the load needs P3 = " + Number(p3_psi) + " psi, the supply has " + Number(d.P2) + " psi";
+    case model::SteadyStateError::kNoFlowBalance:
+      return at + "no plunger position balances supply, drain and leakage at P3 = " + Number(p3_psi) + " psi";
+    case model::SteadyStateError::kRelayPressureOutside:
+      return at + "the plunger would need P4 outside 0 to " + Number(d.P2) + " psi";
+    case model::SteadyStateError::kRelayPortTooOpen:
+      return at + "the relay port's clearance (servo.relay_piston_clearance_in = " + Number(d.cr1) +
+             " in) passes more than the capillary delivers";
+    default:
+      return at + "unknown";
+  }
+}
+
+void Print(const model::SteadyState& s, bool json) {
+  const nlohmann::ordered_json values = {
+      {"x1_in", s.outputs.x1_in},
+      {"x2_in", s.outputs.x2_in},
+      {"x3_in", s.state.x3_in},
+      {"x4_in", s.outputs.x4_in},
+      {"p1_psi", s.p1_psi},
+      {"p3_psi", s.state.p3_psi},
+      {"p4_psi", s.state.p4_psi},
+      {"q3_in3_s", s.outputs.q3_in3_s},
+      {"q4_in3_s", s.outputs.q4_in3_s},
+      {"q5_in3_s", s.outputs.q5_in3_s},
+      {"q6_in3_s", s.outputs.q6_in3_s},
+  };
+  if (json) {
+    std::cout << values.dump(2) << '\n';
+    return;
+  }
+  for (const auto& [key, value] : values.items())
+    std::printf("%-9s %.9g\n", key.c_str(), value.get<double>());
+}
+
+}  // namespace
+
+model::SteadyState RequireSteadyStateAt(const model::Derived& derived, double x3_in) {
+  const model::SteadyState state = model::SteadyStateAt(derived, x3_in);
+  if (!state) throw UsageError(Reason(derived, state.error, x3_in));
+  return state;
+}
+
+model::SteadyState RequireSteadyStateForP1(const model::Derived& derived, double p1_psi) {
+  const model::SteadyState state = model::SteadyStateForP1(derived, p1_psi);
+  if (state) return state;
+  const model::SteadyState lowest = RequireSteadyStateAt(derived, 0.0);
+  const model::SteadyState highest = RequireSteadyStateAt(derived, derived.stroke_in);
+  throw UsageError("no steady state at P1 = " + Number(p1_psi) + " psi: from x3 = 0 to " +
+                   Number(derived.stroke_in) + " in the piston rests at " + Number(lowest.p1_psi) + " to " +
+                   Number(highest.p1_psi) + " psi");
+}
+
+void AddSteadyCommand(CLI::App& program, int& exit_status) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command =
+      *program.add_subcommand("steady", "Steady state for a piston position or a control pressure");
+  options->configuration.AddTo(command);
+  auto* x3 = command.add_option("--x3", options->x3_in, "piston position [in]")->type_name("IN");
+  auto* p1 =
+      command.add_option("--p1", options->p1_psi, "control oil pressure [psi gauge]")->type_name("PSI");
+  x3->excludes(p1);
+  command.add_flag("--json", options->json, "prints JSON; keys carry their units");
+  command.callback([options, &exit_status] {
+    if (!options->x3_in && !options->p1_psi) throw UsageError("steady: --x3 IN or --p1 PSI is required");
+    const model::Derived derived(options->configuration.Load().model);
+    Print(options->x3_in ? RequireSteadyStateAt(derived, *options->x3_in)
+                         : RequireSteadyStateForP1(derived, *options->p1_psi),
+          options->json);
+    exit_status = kExitOk;
+  });
+}
+
+}  // namespace servohil::app

@@ -1,0 +1,218 @@
+#include "servohil/app/configuration.hpp"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <sstream>
+
+#include "servohil/app/load_file.hpp"
+#include "servohil/error.hpp"
+#include "servohil/nearest_name.hpp"
+
+namespace servohil::app {
+namespace {
+
+std::string Number(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+std::string Shown(const toml::node& node) {
+  std::ostringstream out;
+  node.visit([&](const auto& value) { out << value; });
+  return out.str();
+}
+
+/// For `--set`: numbers that TOML writes otherwise (.15, 1e-3 is fine), else a text without its quotes.
+toml::table FromBareText(const std::string& text) {
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error == std::errc{} && end == text.data() + text.size()) return toml::table{{"value", number}};
+  return toml::table{{"value", text}};
+}
+
+/// Reads one source after the other into a configuration, remembering where each key was set.
+class Loader {
+ public:
+  void ReadFile(const std::filesystem::path& file) {
+    try {
+      const toml::table table = toml::parse_file(file.string());
+      Read(table, "", file.string(), file.parent_path());
+    } catch (const toml::parse_error& error) {
+      const auto line = error.source().begin.line;
+      throw UsageError(file.string() + (line != 0 ? ":" + std::to_string(line) : "") + ": " +
+                       std::string(error.description()));
+    }
+  }
+
+  void Apply(const std::string& setting) {
+    const std::size_t equals = setting.find('=');
+    const std::string place = "--set " + setting;
+    if (equals == std::string::npos || equals == 0) throw UsageError(place + ": expected KEY=VALUE");
+    const std::string text = setting.substr(equals + 1);
+    toml::table table;
+    try {
+      table = toml::parse("value = " + text);
+    } catch (const toml::parse_error&) {
+      table = FromBareText(text);
+    }
+    if (table.size() != 1) throw UsageError(place + ": expected one value");
+    Set(setting.substr(0, equals), *table.get("value"), place, {});
+  }
+
+  /// Checks what no key can tell alone.
+  Configuration Finish() {
+    const model::ServoParameters& servo = config_.model.servo;
+    if (!(servo.relay_piston_rod_diameter_in < servo.relay_piston_diameter_in)) {
+      Fail("servo.relay_piston_rod_diameter_in", Number(servo.relay_piston_rod_diameter_in),
+           "must be below servo.relay_piston_diameter_in = " + Number(servo.relay_piston_diameter_in));
+    }
+    if (!(config_.model.cam.lower_alpha > config_.model.cam.upper_alpha)) {
+      Fail("cam.lower_alpha", Number(config_.model.cam.lower_alpha),
+           "must be above cam.upper_alpha = " + Number(config_.model.cam.upper_alpha));
+    }
+    if (config_.start_x3_in > servo.stroke_in) {
+      Fail("start.x3_in", Number(config_.start_x3_in),
+           "must be 0 to servo.stroke_in = " + Number(servo.stroke_in));
+    }
+    if (config_.can.buses.empty()) Fail("can.buses", "[]", "must name at least one bus, e.g. \"auto\"");
+    CheckCycle("publish.position_ms", config_.publish.position_ms);
+    CheckCycle("publish.pressures_ms", config_.publish.pressures_ms);
+    CheckCycle("publish.relay_ms", config_.publish.relay_ms);
+    CheckCycle("publish.status_ms", config_.publish.status_ms);
+    config_.model.load = ReadLoadCurve(config_.load_file);
+    return config_;
+  }
+
+  /// Keys that no source has set keep their defaults; the files among them lie beside the configuration.
+  void UseDefaultsBeside(const std::filesystem::path& file) {
+    config_.load_file = (file.parent_path() / config_.load_file).string();
+    config_.can.dbc = (file.parent_path() / config_.can.dbc).string();
+  }
+
+ private:
+  void Read(const toml::table& table, const std::string& prefix, const std::string& file,
+            const std::filesystem::path& directory) {
+    for (const auto& [name, node] : table) {
+      const std::string full = prefix + std::string(name.str());
+      if (const toml::table* inner = node.as_table()) {
+        Read(*inner, full + ".", file, directory);
+      } else {
+        Set(full, node, file + ":" + std::to_string(node.source().begin.line), directory);
+      }
+    }
+  }
+
+  void Set(const std::string& name, const toml::node& node, const std::string& place,
+           const std::filesystem::path& directory) {
+    const auto keys = KeyTable();
+    const auto key = std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return name == k.name; });
+    if (key == keys.end()) {
+      std::vector<std::string> names;
+      for (const Key& k : keys) names.emplace_back(k.name);
+      const std::string nearest = NearestName(name, names);
+      throw UsageError(
+          place + ": unknown key " + name +
+          (nearest.empty() ? "; `servohil run --help-keys` lists all" : "; did you mean " + nearest + "?"));
+    }
+    places_[name] = place;
+    std::visit([&](auto where) { Assign(*key, node, where(config_)); }, key->place);
+    if (!directory.empty()) {
+      if (name == "load.file") config_.load_file = (directory / config_.load_file).string();
+      if (name == "can.dbc") config_.can.dbc = (directory / config_.can.dbc).string();
+    }
+  }
+
+  void Assign(const Key& key, const toml::node& node, double& target) const {
+    const auto value = node.value<double>();
+    const bool number = node.is_floating_point() || node.is_integer();
+    if (!number || !(*value >= key.minimum && *value <= key.maximum)) FailRange(key, node, "a number");
+    target = *value;
+  }
+  void Assign(const Key& key, const toml::node& node, int& target) const {
+    const auto value = node.value_exact<std::int64_t>();
+    if (!value || static_cast<double>(*value) < key.minimum || static_cast<double>(*value) > key.maximum) {
+      FailRange(key, node, "a whole number");
+    }
+    target = static_cast<int>(*value);
+  }
+  void Assign(const Key& key, const toml::node& node, bool& target) const {
+    const auto value = node.value_exact<bool>();
+    if (!value) Fail(key.name, Shown(node), "must be true or false");
+    target = *value;
+  }
+  void Assign(const Key& key, const toml::node& node, std::string& target) const {
+    const auto value = node.value_exact<std::string>();
+    if (!value || value->empty()) Fail(key.name, Shown(node), "must be a text in quotes");
+    target = *value;
+  }
+  void Assign(const Key& key, const toml::node& node, std::vector<std::string>& target) const {
+    std::vector<std::string> items;
+    if (const auto one = node.value_exact<std::string>()) {
+      items.push_back(*one);
+    } else if (const toml::array* array = node.as_array()) {
+      for (const toml::node& item : *array) {
+        const auto text = item.value_exact<std::string>();
+        if (!text) Fail(key.name, Shown(node), "must be a list of texts in quotes");
+        items.push_back(*text);
+      }
+    } else {
+      Fail(key.name, Shown(node), "must be a list of texts in quotes");
+    }
+    target = std::move(items);
+  }
+  void Assign(const Key& key, const toml::node& node, model::CamShape& target) const {
+    const auto value = node.value_exact<std::string>();
+    if (value == "single") {
+      target = model::CamShape::kSingle;
+    } else if (value == "two_slope") {
+      target = model::CamShape::kTwoSlope;
+    } else {
+      Fail(key.name, Shown(node), "must be \"single\" or \"two_slope\"");
+    }
+  }
+
+  void CheckCycle(const char* key, int cycle_ms) const {
+    if (cycle_ms != 0 && cycle_ms * 10 < config_.loop.wake_ticks) {
+      Fail(key, std::to_string(cycle_ms),
+           "must be 0 or at least the wake period, loop.wake_ticks = " +
+               std::to_string(config_.loop.wake_ticks) + " ticks of 0.1 ms");
+    }
+  }
+
+  [[noreturn]] void FailRange(const Key& key, const toml::node& node, const std::string& kind) const {
+    Fail(key.name, Shown(node),
+         "must be " + kind + " from " + Number(key.minimum) + " to " + Number(key.maximum) +
+             (*key.unit != 0 ? std::string(" ") + key.unit : ""));
+  }
+  [[noreturn]] void Fail(const std::string& key, const std::string& value, const std::string& right) const {
+    const auto place = places_.find(key);
+    throw UsageError((place != places_.end() ? place->second : "default") + ": " + key + " = " + value +
+                     ": " + right);
+  }
+
+  Configuration config_;
+  std::map<std::string, std::string> places_;  ///< key → "FILE:LINE" or "--set KEY=VALUE"
+};
+
+}  // namespace
+
+std::filesystem::path DefaultConfigurationFile() {
+  if (std::filesystem::path here = "config/servohil.toml"; std::filesystem::exists(here)) return here;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe");
+  return program.parent_path().parent_path() / "share" / "servohil" / "servohil.toml";
+}
+
+Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings) {
+  const std::filesystem::path source = file.empty() ? DefaultConfigurationFile() : file;
+  Loader loader;
+  loader.UseDefaultsBeside(source);
+  loader.ReadFile(source);
+  for (const std::string& setting : settings) loader.Apply(setting);
+  return loader.Finish();
+}
+
+}  // namespace servohil::app

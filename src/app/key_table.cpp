@@ -1,0 +1,172 @@
+#include <array>
+#include <iomanip>
+#include <sstream>
+
+#include "servohil/app/configuration.hpp"
+
+namespace servohil::app {
+namespace {
+
+using C = Configuration;
+
+// Ranges: what the equations and their solution hold for with room to spare, not what is sensible.
+constexpr std::array kKeys = std::to_array<Key>({
+    {"oil.density_lbf_s2_in4", "lbf s²/in⁴", 1e-5, 2e-4, "rho, oil density (Table II)",
+     +[](C& c) -> double& { return c.model.oil.density_lbf_s2_in4; }},
+    {"oil.viscosity_lbf_s_in2", "lbf s/in²", 1e-8, 1e-3, "mu, absolute viscosity (Table II)",
+     +[](C& c) -> double& { return c.model.oil.viscosity_lbf_s_in2; }},
+
+    {"servo.relay_piston_rod_diameter_in", "in", 0.0, 10.0, "d1 (Table II)",
+     +[](C& c) -> double& { return c.model.servo.relay_piston_rod_diameter_in; }},
+    {"servo.relay_piston_diameter_in", "in", 0.1, 10.0, "d2 (Table II)",
+     +[](C& c) -> double& { return c.model.servo.relay_piston_diameter_in; }},
+    {"servo.piston_diameter_in", "in", 1.0, 50.0, "d3, servomotor piston (Table II)",
+     +[](C& c) -> double& { return c.model.servo.piston_diameter_in; }},
+    {"servo.capillary_diameter_in", "in", 0.001, 1.0, "d4, capillary through the relay plunger (Table II)",
+     +[](C& c) -> double& { return c.model.servo.capillary_diameter_in; }},
+    {"servo.relay_plunger_diameter_in", "in", 0.1, 20.0, "d6 (Table II)",
+     +[](C& c) -> double& { return c.model.servo.relay_plunger_diameter_in; }},
+    {"servo.relay_port_width_in", "in", 0.01, 20.0, "w1, ports in the relay piston stem (Table II)",
+     +[](C& c) -> double& { return c.model.servo.relay_port_width_in; }},
+    {"servo.relay_plunger_area_in2", "in²", 0.1, 100.0, "A2, area above the relay plunger (Appendix A)",
+     +[](C& c) -> double& { return c.model.servo.relay_plunger_area_in2; }},
+    {"servo.relay_piston_clearance_in", "in", 0.0, 0.02, "c_r1, radial (Table II)",
+     +[](C& c) -> double& { return c.model.servo.relay_piston_clearance_in; }},
+    {"servo.relay_plunger_clearance_in", "in", 0.0, 0.02, "c_r2, radial (Table II)",
+     +[](C& c) -> double& { return c.model.servo.relay_plunger_clearance_in; }},
+    {"servo.piston_clearance_in", "in", 1e-5, 0.05, "c_r3, on diameter (Appendix E)",
+     +[](C& c) -> double& { return c.model.servo.piston_clearance_in; }},
+    {"servo.piston_leakage_length_in", "in", 0.01, 20.0, "L3, leakage path past the piston (Table II)",
+     +[](C& c) -> double& { return c.model.servo.piston_leakage_length_in; }},
+    {"servo.capillary_length_in", "in", 0.01, 100.0, "L4 (Table II)",
+     +[](C& c) -> double& { return c.model.servo.capillary_length_in; }},
+    {"servo.pilot_spring_rate_lbf_in", "lbf/in", 0.1, 1e4, "k1, spring (11) (Table II)",
+     +[](C& c) -> double& { return c.model.servo.pilot_spring_rate_lbf_in; }},
+    {"servo.main_spring_rate_lbf_in", "lbf/in", 0.1, 1e5, "k2, spring (10) (Table II)",
+     +[](C& c) -> double& { return c.model.servo.main_spring_rate_lbf_in; }},
+    {"servo.main_spring_preload_lbf", "lbf", 0.0, 1e4, "F_s (Table II)",
+     +[](C& c) -> double& { return c.model.servo.main_spring_preload_lbf; }},
+    {"servo.underlap_in", "in", -0.05, 0.05,
+     "U, underlap of the metering ports; negative: overlap (Table II)",
+     +[](C& c) -> double& { return c.model.servo.underlap_in; }},
+    {"servo.piston_mass_lbf_s2_in", "lbf s²/in", 0.001, 100.0, "m3, piston and rod (Table II)",
+     +[](C& c) -> double& { return c.model.servo.piston_mass_lbf_s2_in; }},
+    {"servo.load_mass_lbf_s2_in", "lbf s²/in", 0.0, 1000.0, "m_e, lever and valves at the piston (Table II)",
+     +[](C& c) -> double& { return c.model.servo.load_mass_lbf_s2_in; }},
+    {"servo.relay_volume_in3", "in³", 0.01, 1000.0, "V4, oil above the relay plunger (Table II)",
+     +[](C& c) -> double& { return c.model.servo.relay_volume_in3; }},
+    {"servo.piston_volume_at_zero_in3", "in³", 0.1, 10000.0, "V3 at x3 = 0 (Appendix A)",
+     +[](C& c) -> double& { return c.model.servo.piston_volume_at_zero_in3; }},
+    {"servo.bulk_modulus_psi", "psi", 1000.0, 500000.0, "beta, oil and entrained air together (Table II)",
+     +[](C& c) -> double& { return c.model.servo.bulk_modulus_psi; }},
+    {"servo.discharge_coefficient", "", 0.1, 1.0, "c_d, of every orifice (Table II)",
+     +[](C& c) -> double& { return c.model.servo.discharge_coefficient; }},
+    {"servo.stroke_in", "in", 0.1, 100.0, "largest x3 (Figure 3)",
+     +[](C& c) -> double& { return c.model.servo.stroke_in; }},
+
+    {"supply.pressure_psi", "psi", 1.0, 5000.0, "P2 (Appendix E)",
+     +[](C& c) -> double& { return c.model.supply.pressure_psi; }},
+
+    {"cam.shape", "", 0.0, 0.0, "\"single\" or \"two_slope\" (Figure 4, curve B or A)",
+     +[](C& c) -> model::CamShape& { return c.model.cam.shape; }},
+    {"cam.alpha", "", 0.01, 10.0, "single slope: alpha (Appendix A)",
+     +[](C& c) -> double& { return c.model.cam.alpha; }},
+    {"cam.x3_star_in", "in", -20.0, 20.0, "single slope: x3*, x4 at x3 = 0 (Appendix A)",
+     +[](C& c) -> double& { return c.model.cam.x3_star_in; }},
+    {"cam.lower_alpha", "", 0.01, 10.0, "two slopes: alpha below the knee (Appendix A)",
+     +[](C& c) -> double& { return c.model.cam.lower_alpha; }},
+    {"cam.lower_x3_star_in", "in", -20.0, 20.0, "two slopes: x3* below the knee (Appendix A)",
+     +[](C& c) -> double& { return c.model.cam.lower_x3_star_in; }},
+    {"cam.upper_alpha", "", 0.01, 10.0, "two slopes: alpha above the knee (Appendix A)",
+     +[](C& c) -> double& { return c.model.cam.upper_alpha; }},
+    {"cam.upper_x3_star_in", "in", -20.0, 20.0, "two slopes: x3* above the knee (Appendix A)",
+     +[](C& c) -> double& { return c.model.cam.upper_x3_star_in; }},
+
+    {"friction.coulomb_psi", "psi", 0.0, 200.0, "B, Coulomb friction as a pressure under the piston (4.4)",
+     +[](C& c) -> double& { return c.model.friction.coulomb_psi; }},
+
+    {"stabilizer.enabled", "", 0.0, 0.0, "transient flow stabilizer connected (chapter V)",
+     +[](C& c) -> bool& { return c.model.stabilizer.enabled; }},
+    {"stabilizer.capillary_diameter_in", "in", 0.001, 2.0, "d7 (Table VII)",
+     +[](C& c) -> double& { return c.model.stabilizer.capillary_diameter_in; }},
+    {"stabilizer.capillary_length_in", "in", 0.1, 1000.0, "L7 (Table VII)",
+     +[](C& c) -> double& { return c.model.stabilizer.capillary_length_in; }},
+    {"stabilizer.oil_volume_in3", "in³", 0.0, 10000.0, "V8 (Table VII)",
+     +[](C& c) -> double& { return c.model.stabilizer.oil_volume_in3; }},
+    {"stabilizer.gas_volume_in3", "in³", 0.1, 10000.0, "V_a (Table VII)",
+     +[](C& c) -> double& { return c.model.stabilizer.gas_volume_in3; }},
+    {"stabilizer.polytropic_index", "", 1.0, 2.0, "k, 1.4 adiabatic, 1 isothermal (5.5)",
+     +[](C& c) -> double& { return c.model.stabilizer.polytropic_index; }},
+
+    {"load.file", "", 0.0, 0.0, "CSV file x3_in,p3_psi: the load at rest (Figure 3)",
+     +[](C& c) -> std::string& { return c.load_file; }},
+
+    {"start.x3_in", "in", 0.0, 100.0, "piston position at rest until the first command",
+     +[](C& c) -> double& { return c.start_x3_in; }},
+
+    {"loop.wake_ticks", "ticks", 1.0, 1000.0, "ticks of 0.1 ms per wake-up of the loop",
+     +[](C& c) -> int& { return c.loop.wake_ticks; }},
+    {"loop.priority", "", 11.0, 99.0, "SCHED_FIFO priority of the loop (the bus threads: 5 and 10 below)",
+     +[](C& c) -> int& { return c.loop.priority; }},
+    {"loop.cpu", "", -1.0, 1023.0, "CPU of the loop; -1: any", +[](C& c) -> int& { return c.loop.cpu; }},
+
+    {"can.dbc", "", 0.0, 0.0, "DBC file: the contract with the governor",
+     +[](C& c) -> std::string& { return c.can.dbc; }},
+    {"can.buses", "", 0.0, 0.0, "bus URLs; \"auto\": the first of can.interfaces, else slcan:pty",
+     +[](C& c) -> std::vector<std::string>& { return c.can.buses; }},
+    {"can.interfaces", "", 0.0, 0.0, "kernel interfaces that \"auto\" looks for, in this order",
+     +[](C& c) -> std::vector<std::string>& { return c.can.interfaces; }},
+    {"can.bit_rate_bit_s", "bit/s", 10000.0, 1000000.0, "nominal bit rate of the bus",
+     +[](C& c) -> int& { return c.can.bit_rate_bit_s; }},
+    {"can.command_cycle_ms", "ms", 1.0, 10000.0, "expected cycle time of the command, for the bus load",
+     +[](C& c) -> int& { return c.can.command_cycle_ms; }},
+
+    {"publish.position_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Position; 0: not sent",
+     +[](C& c) -> int& { return c.publish.position_ms; }},
+    {"publish.pressures_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Pressures; 0: not sent",
+     +[](C& c) -> int& { return c.publish.pressures_ms; }},
+    {"publish.relay_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Relay; 0: not sent",
+     +[](C& c) -> int& { return c.publish.relay_ms; }},
+    {"publish.status_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Status; 0: not sent",
+     +[](C& c) -> int& { return c.publish.status_ms; }},
+});
+
+/// A value as it would stand in the file.
+struct Shown {
+  std::string operator()(double v) const {
+    std::ostringstream out;
+    out << v;
+    return out.str();
+  }
+  std::string operator()(int v) const { return std::to_string(v); }
+  std::string operator()(bool v) const { return v ? "true" : "false"; }
+  std::string operator()(const std::string& v) const { return '"' + v + '"'; }
+  std::string operator()(const std::vector<std::string>& v) const {
+    std::string text = "[";
+    for (const std::string& item : v) text += (text.size() > 1 ? ", \"" : "\"") + item + '"';
+    return text + "]";
+  }
+  std::string operator()(model::CamShape v) const {
+    return v == model::CamShape::kSingle ? "\"single\"" : "\"two_slope\"";
+  }
+};
+
+}  // namespace
+
+std::span<const Key> KeyTable() {
+  return kKeys;
+}
+
+std::string DescribeKeys() {
+  Configuration defaults;
+  std::ostringstream out;
+  for (const Key& key : kKeys) {
+    const std::string value = std::visit([&](auto place) { return Shown{}(place(defaults)); }, key.place);
+    out << "  " << key.name << " = " << value << (*key.unit != 0 ? " " : "") << key.unit;
+    if (key.minimum < key.maximum) out << "  [" << key.minimum << " to " << key.maximum << "]";
+    out << "\n      " << key.meaning << '\n';
+  }
+  return out.str();
+}
+
+}  // namespace servohil::app

@@ -1,0 +1,95 @@
+#include "servohil/can/dbc.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+#include "servohil/error.hpp"
+#include "servohil/nearest_name.hpp"
+
+namespace servohil::can {
+namespace {
+
+constexpr int kLargestFrame = 64;  // bytes, CAN FD
+
+template <typename Items>
+const typename Items::value_type* FindByName(const Items& items, std::string_view name) {
+  const auto at =
+      std::find_if(items.begin(), items.end(), [&](const auto& item) { return item.name == name; });
+  return at == items.end() ? nullptr : &*at;
+}
+
+/// "; the nearest is 'X'", or which there are.
+template <typename Items>
+std::string Suggestion(const Items& items, std::string_view wrong) {
+  std::vector<std::string> names;
+  names.reserve(items.size());
+  for (const auto& item : items) names.push_back(item.name);
+  const std::string nearest = NearestName(wrong, names);
+  if (!nearest.empty()) return "; the nearest is '" + nearest + "'";
+  if (names.empty()) return "; there are none";
+  std::string list = "; there are " + std::to_string(names.size()) + ":";
+  constexpr std::size_t kMostListed = 6;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostListed); ++i) list += " " + names[i];
+  return names.size() > kMostListed ? list + " ..." : list;
+}
+
+}  // namespace
+
+const Signal* Message::FindSignal(std::string_view signal_name) const {
+  return FindByName(signals, signal_name);
+}
+
+const Message* Database::FindMessage(std::string_view message_name) const {
+  return FindByName(messages, message_name);
+}
+
+const Message& Database::RequireMessage(std::string_view message_name) const {
+  const Message* message = FindMessage(message_name);
+  if (message == nullptr) {
+    throw UsageError(file + ": no message '" + std::string(message_name) + "'" +
+                     Suggestion(messages, message_name));
+  }
+  const auto refuse = [&](int line, const std::string& what) {
+    throw UsageError(file + ":" + std::to_string(line) + ": message '" + message->name + "' " + what);
+  };
+  if (message->size_bytes > kLargestFrame) {
+    refuse(message->line, "has " + std::to_string(message->size_bytes) + " bytes; a CAN FD frame holds 64");
+  }
+  for (const Signal& signal : message->signals) {
+    if (signal.multiplexed) {
+      refuse(signal.line, "has the multiplexed signal '" + signal.name + "': multiplexing is not supported");
+    }
+    if (signal.is_float) {
+      refuse(signal.line, "has the floating-point signal '" + signal.name +
+                              "' (SIG_VALTYPE_): only integers with factor and offset are supported");
+    }
+  }
+  return *message;
+}
+
+const Signal& Database::RequireSignal(const Message& message, std::string_view signal_name) const {
+  const Signal* signal = message.FindSignal(signal_name);
+  if (signal == nullptr) {
+    throw UsageError(file + ":" + std::to_string(message.line) + ": message '" + message.name +
+                     "' has no signal '" + std::string(signal_name) + "'" +
+                     Suggestion(message.signals, signal_name));
+  }
+  return *signal;
+}
+
+Database ReadDbc(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  const int error = errno;
+  if (!stream) {
+    throw UsageError(file.string() + ": cannot be read: " + std::generic_category().message(error));
+  }
+  std::ostringstream text;
+  if (stream.peek() != std::ifstream::traits_type::eof()) text << stream.rdbuf();
+  if (stream.bad() || text.bad()) throw UsageError(file.string() + ": cannot be read: not a regular file?");
+  return ParseDbc(text.str(), file.string());
+}
+
+}  // namespace servohil::can

@@ -1,0 +1,48 @@
+#include "servohil/can/bus.hpp"
+#include "servohil/can/interface_state.hpp"
+#include "servohil/error.hpp"
+#include "slcan_adapter.hpp"
+#include "slcan_serial.hpp"
+#include "socketcan.hpp"
+
+namespace servohil::can {
+namespace {
+
+/// What follows `prefix` in `text`; nothing when it does not begin so.
+std::optional<std::string> After(const std::string& prefix, const std::string& text) {
+  if (text.rfind(prefix, 0) != 0) return std::nullopt;
+  return text.substr(prefix.size());
+}
+
+std::string Suggestion(const std::string& url) {
+  if (IsCanInterface(url)) return "; did you mean socketcan:" + url + "?";
+  if (url == "pty" || url == "slcan") return "; did you mean slcan:pty?";
+  if (url.rfind("/dev/", 0) == 0) return "; did you mean slcan:" + url + "?";
+  return {};
+}
+
+}  // namespace
+
+std::unique_ptr<Bus> OpenBus(const std::string& url, const BusOptions& options) {
+  if (const auto interface = After("socketcan:", url); interface && !interface->empty()) {
+    return std::make_unique<SocketCan>(*interface, options);
+  }
+  if (url == "slcan:pty") return std::make_unique<SlcanAdapter>("");
+  if (const auto link = After("slcan:pty:", url); link && !link->empty()) {
+    return std::make_unique<SlcanAdapter>(*link);
+  }
+  if (const auto device = After("slcan:", url); device && device->rfind('/', 0) == 0) {
+    return std::make_unique<SlcanSerial>(*device, options);
+  }
+  throw UsageError("unknown bus '" + url +
+                   "': expected socketcan:IFACE, slcan:pty[:LINK] or slcan:/dev/DEVICE" + Suggestion(url));
+}
+
+std::string AutomaticUrl(std::span<const std::string> interfaces) {
+  for (const std::string& interface : interfaces) {
+    if (IsCanInterface(interface)) return "socketcan:" + interface;
+  }
+  return "slcan:pty";
+}
+
+}  // namespace servohil::can

@@ -1,0 +1,44 @@
+#pragma once
+/// A pseudo-terminal of which we hold the master side.
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "file_descriptor.hpp"
+
+namespace servohil::can {
+
+/// Linux behaviour that this builds on: while nobody has the slave open, reading the master fails with EIO
+/// and polling it returns POLLHUP without end; what is written then waits for the next who opens the slave.
+class Pty {
+ public:
+  /// @throws EnvironmentError
+  Pty();
+
+  const std::string& SlavePath() const noexcept { return slave_path_; }
+  int Fd() const noexcept { return master_.Get(); }
+
+  /// No echo, no line editing, no translation, whatever a client has left behind.
+  void SetRaw() const noexcept;
+  /// Never blocks. @return bytes read, 0 when there are none now, -1 when nobody has the slave open
+  std::ptrdiff_t Read(std::span<char> buffer) const noexcept;
+  /// Never blocks. @return bytes that fitted in
+  std::size_t Write(std::string_view text) const noexcept;
+
+  /// Takes back what the slave side has not read. @return the first part of it, up to the size of the
+  /// terminal's line buffer (4095 bytes): enough for the longest line; empty when there is none or it cannot
+  /// be taken
+  std::string TakeBackUnread() const;
+  /// Discards what the slave side has not read.
+  void DiscardUnread() const noexcept;
+
+ private:
+  FileDescriptor OpenSlave() const noexcept;
+
+  FileDescriptor master_;
+  std::string slave_path_;
+};
+
+}  // namespace servohil::can

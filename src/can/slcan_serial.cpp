@@ -1,0 +1,162 @@
+#include "slcan_serial.hpp"
+
+#include <fcntl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+
+#include "realtime_clock.hpp"
+#include "servohil/error.hpp"
+#include "slcan_codec.hpp"
+
+namespace servohil::can {
+namespace {
+
+constexpr std::array<std::uint32_t, 9> kBitRateOfCode{10'000,  20'000,  50'000,  100'000,  125'000,
+                                                      250'000, 500'000, 800'000, 1'000'000};
+
+std::string BitRateCommand(std::uint32_t bit_rate_bit_s) {
+  std::string known;
+  for (std::size_t code = 0; code < kBitRateOfCode.size(); ++code) {
+    if (kBitRateOfCode[code] == bit_rate_bit_s) return {'S', static_cast<char>('0' + code), '\r'};
+    if (code > 0) known += ", ";
+    known += std::to_string(kBitRateOfCode[code]);
+  }
+  throw UsageError("a serial CAN adapter has no code for " + std::to_string(bit_rate_bit_s) +
+                   " bit/s; it knows " + known);
+}
+
+[[noreturn]] void FailToOpen(const std::string& device, int error) {
+  std::string hint;
+  if (error == ENOENT || error == ENXIO || error == ENODEV) {
+    hint = ": is the adapter plugged in? This lists them: ls /dev/serial/by-id /dev/ttyACM* /dev/ttyUSB*";
+  } else if (error == EACCES) {
+    hint = ": your user must be in its group: sudo usermod -aG dialout $USER, then log in again";
+  }
+  throw EnvironmentError("cannot open " + device + ": " + std::generic_category().message(error) + hint);
+}
+
+FileDescriptor OpenRaw(const std::string& device) {
+  FileDescriptor fd(::open(device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!fd) FailToOpen(device, errno);
+  termios settings{};
+  if (::tcgetattr(fd.Get(), &settings) != 0) {
+    throw EnvironmentError(device + " is not a serial device");
+  }
+  ::cfmakeraw(&settings);
+  settings.c_cflag |= static_cast<tcflag_t>(CLOCAL) | static_cast<tcflag_t>(CREAD);
+  settings.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS);
+  ::cfsetspeed(&settings, B115200);  // USB adapters ignore it; the default of true serial ones
+  if (::tcsetattr(fd.Get(), TCSANOW, &settings) != 0) {
+    throw EnvironmentError("cannot set up " + device + ": " + std::generic_category().message(errno));
+  }
+  ::tcflush(fd.Get(), TCIOFLUSH);
+  return fd;
+}
+
+/// @return bytes taken; -1 when the device is gone
+ssize_t WriteSome(int fd, std::string_view text) noexcept {
+  ssize_t size = 0;
+  do {
+    size = ::write(fd, text.data(), text.size());
+  } while (size < 0 && errno == EINTR);
+  return size < 0 && errno == EAGAIN ? 0 : size;
+}
+
+}  // namespace
+
+SlcanSerial::SlcanSerial(const std::string& device, const BusOptions& options)
+    : name_("slcan:" + device), bit_rate_bit_s_(options.bit_rate_bit_s) {
+  // CR first: ends whatever line the adapter was left in. Its refusal to close what is closed is no harm.
+  const std::string begin = "\r\rC\r" + BitRateCommand(options.bit_rate_bit_s) + "O\r";
+  device_ = OpenRaw(device);
+  if (WriteSome(device_.Get(), begin) != static_cast<ssize_t>(begin.size())) {
+    throw EnvironmentError(device + " does not take commands");
+  }
+}
+
+SlcanSerial::~SlcanSerial() {
+  if (!gone_) WriteSome(device_.Get(), "\rC\r");
+}
+
+std::string SlcanSerial::State() const {
+  if (gone_) return "device gone";
+  const std::string bit_rate = std::to_string(bit_rate_bit_s_) + " bit/s";
+  if (!answered_) return bit_rate + ", no answer from the adapter yet";
+  const std::uint64_t refusals = refusals_;
+  return refusals == 0 ? bit_rate : bit_rate + ", " + std::to_string(refusals) + " commands refused";
+}
+
+bool SlcanSerial::HandleLine(const slcan::Line& line, Frame& frame) noexcept {
+  answered_ = answered_ || line.kind != slcan::LineKind::kGarbage;
+  if (line.kind == slcan::LineKind::kText) {
+    // Acknowledgements: CR, "z", "Z", or a "z"/"Z" in front of a frame, as some adapters send it.
+    std::string_view text = line.text;
+    while (!text.empty() && (text.front() == 'z' || text.front() == 'Z')) text.remove_prefix(1);
+    if (text.empty()) return false;
+    if (const std::optional<Frame> parsed = slcan::ParseFrame(text, slcan::Timestamp::kAllowed)) {
+      frame = *parsed;
+      frame.receive_time_ns = RealTimeNs();
+      Counters::Add(counters_.received);
+      return true;
+    }
+  } else if (line.kind == slcan::LineKind::kBell) {
+    ++refusals_;
+  }
+  Counters::Add(counters_.malformed);
+  return false;
+}
+
+std::optional<Frame> SlcanSerial::NextBufferedFrame() noexcept {
+  Frame frame;
+  while (input_at_ < input_size_) {
+    const std::optional<slcan::Line> line = assembler_.Push(input_[input_at_++]);
+    if (line && HandleLine(*line, frame)) return frame;
+  }
+  return std::nullopt;
+}
+
+std::optional<Frame> SlcanSerial::Receive() noexcept {
+  constexpr int kMostReads = 16;  // a babbling device does not keep the caller here
+  for (int i = 0; i < kMostReads && !gone_; ++i) {
+    if (const std::optional<Frame> frame = NextBufferedFrame()) return frame;
+    ssize_t size = 0;
+    do {
+      size = ::read(device_.Get(), input_.data(), input_.size());
+    } while (size < 0 && errno == EINTR);
+    if (size < 0 && errno == EAGAIN) return std::nullopt;
+    if (size <= 0) {  // 0: hung up
+      gone_ = true;
+      return std::nullopt;
+    }
+    input_at_ = 0;
+    input_size_ = static_cast<std::size_t>(size);
+  }
+  return std::nullopt;
+}
+
+bool SlcanSerial::WritePending() noexcept {
+  if (pending_.empty()) return true;
+  const ssize_t size = WriteSome(device_.Get(), pending_);
+  if (size < 0) gone_ = true;
+  if (size > 0) pending_.erase(0, static_cast<std::size_t>(size));
+  return pending_.empty();
+}
+
+SendResult SlcanSerial::Send(const Frame& frame) noexcept {
+  if (gone_) return counters_.Count(SendResult::kDisconnected);
+  if (!WritePending()) return counters_.Count(gone_ ? SendResult::kDisconnected : SendResult::kQueueFull);
+  const slcan::LineText line = slcan::FormatFrame(frame, std::nullopt);
+  const ssize_t size = WriteSome(device_.Get(), line.View());
+  if (size < 0) {
+    gone_ = true;
+    return counters_.Count(SendResult::kDisconnected);
+  }
+  if (size == 0) return counters_.Count(SendResult::kQueueFull);
+  pending_ = line.View().substr(static_cast<std::size_t>(size));
+  return counters_.Count(SendResult::kSent);
+}
+
+}  // namespace servohil::can

@@ -1,0 +1,53 @@
+#pragma once
+/// A kernel CAN interface: PF_CAN raw socket.
+
+#include <linux/can.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "counters.hpp"
+#include "file_descriptor.hpp"
+#include "servohil/can/bus.hpp"
+
+namespace servohil::can {
+
+/// The kernel's form of a list of wanted ids: exactly these data frames; everything when the list is empty.
+std::vector<can_filter> KernelFilters(const std::vector<WantedId>& wanted);
+
+/// A raw socket with its options set, not yet bound.
+/// @throws EnvironmentError with the command that helps
+FileDescriptor OpenRawSocket();
+/// @throws EnvironmentError with the command that helps, where the interface is missing, of another kind or
+/// down
+void CheckInterface(const std::string& interface, const BusOptions& options);
+
+/// Sets the receive filter and binds to the interface, which must exist: index 0 would bind to all of them.
+/// The kernel forgets both when it removes an interface. @return success
+bool Attach(int socket, const std::string& interface, const std::vector<can_filter>& filters) noexcept;
+
+/// Survives the interface being taken down and up, and (an adapter plugged out and in) removed and made anew.
+class SocketCan final : public Bus {
+ public:
+  /// @throws EnvironmentError
+  SocketCan(const std::string& interface, const BusOptions& options);
+
+  const std::string& Name() const noexcept override { return name_; }
+  std::string State() const override;
+  int PollFd() noexcept override { return removed_ ? -1 : socket_.Get(); }
+  std::optional<Frame> Receive() noexcept override;
+  SendResult Send(const Frame& frame) noexcept override;
+  BusStatistics Statistics() const noexcept override { return counters_.Snapshot(); }
+
+ private:
+  std::string interface_;
+  std::string name_;
+  std::vector<can_filter> filters_;
+  FileDescriptor socket_;
+  bool removed_ = false;                ///< receiver thread only: the kernel has unbound the socket
+  std::uint32_t kernel_overflows_ = 0;  ///< the kernel's counter when last seen; it wraps
+  Counters counters_;
+};
+
+}  // namespace servohil::can

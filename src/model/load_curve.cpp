@@ -1,0 +1,23 @@
+#include "servohil/model/load_curve.hpp"
+
+namespace servohil::model {
+
+LoadCurve::LoadCurve(std::span<const Point> points) noexcept : size_(points.size()) {
+  for (std::size_t i = 0; i < size_; ++i) {
+    x_[i] = points[i].x3_in;
+    p_[i] = points[i].p3_psi;
+  }
+  for (std::size_t i = 0; i + 1 < size_; ++i) slope_[i] = (p_[i + 1] - p_[i]) / (x_[i + 1] - x_[i]);
+  slope_[size_ - 1] = slope_[size_ - 2];
+  const double width_in = x_[size_ - 1] - x_[0];
+  bins_per_in_ = kBins / width_in;
+  std::size_t segment = 0;
+  for (std::size_t bin = 0; bin < kBins; ++bin) {
+    const double left_in = x_[0] + width_in * static_cast<double>(bin) / kBins;
+    while (segment + 2 < size_ && x_[segment + 1] <= left_in) ++segment;
+    // One before, so that rounding of the bin number at its edge cannot overshoot the segment.
+    first_segment_[bin] = static_cast<std::uint8_t>(segment > 0 ? segment - 1 : 0);
+  }
+}
+
+}  // namespace servohil::model

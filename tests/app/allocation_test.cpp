@@ -1,0 +1,82 @@
+/// Nothing is allocated and no page faults in the loop after its start. malloc and its kin are replaced by
+/// ones that count, per thread, and pass on to glibc's.
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <memory>
+#include <thread>
+
+#include "default_setup.hpp"
+#include "servohil/rt/periodic_loop.hpp"
+#include "servohil/rt/process.hpp"
+
+namespace {
+thread_local long allocations_of_this_thread =
+    0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+}
+
+extern "C" {
+void* __libc_malloc(std::size_t size);                     // NOLINT: glibc's names
+void* __libc_calloc(std::size_t count, std::size_t size);  // NOLINT
+void* __libc_realloc(void* old, std::size_t size);         // NOLINT
+
+void* malloc(std::size_t size) {
+  ++allocations_of_this_thread;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  ++allocations_of_this_thread;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* old, std::size_t size) {
+  ++allocations_of_this_thread;
+  return __libc_realloc(old, size);
+}
+}
+
+namespace servohil::app {
+namespace {
+
+TEST(Allocations, AreSeenByThisTest) {
+  const long before = allocations_of_this_thread;
+  const auto something = std::make_unique<double>(1.0);
+  EXPECT_GT(allocations_of_this_thread, before) << "else the tests below could not fail";
+}
+
+TEST(Allocations, AndPageFaultsAreNoneInTenThousandTicksAfterTheStart) {
+  // Friction, stabilizer, commands, publishing: everything the loop can do.
+  const testing::DefaultSetup setup(
+      {"friction.coulomb_psi=5", "stabilizer.enabled=true", "loop.wake_ticks=1"});
+  EmulatorOptions options = setup.Options();
+  options.duration_ticks = 10'000;
+  const auto task = std::make_unique<SimulationTask>(setup.derived, setup.start, setup.contract, options);
+  long allocations = -1;
+  long page_faults = -1;
+  std::uint64_t wakes = 0;
+  std::thread simulator([&] {
+    rt::PrefaultStack();
+    rt::PeriodicLoop loop(100'000);
+    const std::atomic<bool> stop{false};
+    Telemetry drained;
+    const long faults_before = rt::ThreadPageFaults();
+    const long allocations_before = allocations_of_this_thread;
+    loop.Run(stop, [&](const rt::LoopTiming& timing) noexcept {
+      if (timing.wakes % 100 == 0)
+        task->PutCommand({setup.start.p1_psi + static_cast<double>(timing.wakes) * 1e-4});
+      while (task->TryPopTelemetry(drained)) {
+      }
+      return task->Wake(timing);
+    });
+    allocations = allocations_of_this_thread - allocations_before;
+    page_faults = rt::ThreadPageFaults() - faults_before;
+    wakes = loop.Timing().wakes;
+  });
+  simulator.join();
+  EXPECT_EQ(wakes, 10'000U);
+  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(page_faults, 0);
+}
+
+}  // namespace
+}  // namespace servohil::app

@@ -1,0 +1,62 @@
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+
+#include <array>
+
+#include "file_descriptor.hpp"
+#include "servohil/can/bus.hpp"
+#include "servohil/can/interface_state.hpp"
+#include "servohil/error.hpp"
+
+namespace servohil::can {
+namespace {
+
+template <typename Error>
+std::string ErrorOf(const std::string& url) {
+  try {
+    OpenBus(url, BusOptions{});
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(OpenBus, SaysWhatItExpects) {
+  const std::string expected = ": expected socketcan:IFACE, slcan:pty[:LINK] or slcan:/dev/DEVICE";
+  for (const std::string url :
+       {"", "can0", "socketcan:", "slcan:", "slcan:pty:", "slcan:ptyx", "slcan:ttyACM0"}) {
+    EXPECT_EQ(ErrorOf<UsageError>(url), "unknown bus '" + url + "'" + expected) << url;
+  }
+  EXPECT_EQ(ErrorOf<UsageError>("pty"), "unknown bus 'pty'" + expected + "; did you mean slcan:pty?");
+  EXPECT_EQ(ErrorOf<UsageError>("/dev/ttyACM0"),
+            "unknown bus '/dev/ttyACM0'" + expected + "; did you mean slcan:/dev/ttyACM0?");
+}
+
+TEST(OpenBus, NamesTheCommandThatMakesAMissingInterface) {
+  const FileDescriptor can(::socket(PF_CAN, SOCK_RAW, 1));
+  if (!can) {
+    EXPECT_EQ(ErrorOf<EnvironmentError>("socketcan:vcan0"),
+              "this kernel has no CAN (where it has the modules: sudo modprobe -a can_raw vcan); use --can "
+              "slcan:pty "
+              "instead");
+  } else {
+    EXPECT_EQ(ErrorOf<EnvironmentError>("socketcan:vcan77"),
+              "no CAN interface vcan77; make it: sudo ip link add dev vcan77 type vcan && sudo ip link set "
+              "up vcan77");
+  }
+}
+
+TEST(AutomaticUrl, IsTheTerminalWhereNoInterfaceIsCan) {
+  EXPECT_EQ(AutomaticUrl({}), "slcan:pty");
+  const std::array<std::string, 3> none{"lo", "no_such_if", "a_name_longer_than_the_kernel_takes"};
+  EXPECT_EQ(AutomaticUrl(none), "slcan:pty");  // lo is there, but no CAN interface
+}
+
+TEST(InterfaceState, OfWhatIsNoCanInterface) {
+  EXPECT_FALSE(IsCanInterface("lo"));
+  EXPECT_FALSE(InterfaceBitRate("lo"));
+  EXPECT_EQ(DescribeInterface("no_such_if"), "gone");
+}
+
+}  // namespace
+}  // namespace servohil::can

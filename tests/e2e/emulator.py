@@ -1,0 +1,225 @@
+"""Runs `servohil run` for the bus tests, and a client of it: python-can, with canmatrix for the DBC file.
+
+Nothing here sleeps: every wait is for a line, a frame or the end of a process, and has a deadline.
+"""
+
+import logging
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+logging.getLogger("canmatrix").setLevel(logging.CRITICAL)  # "xlsx is not supported"
+
+import can  # noqa: E402
+import canmatrix.formats  # noqa: E402
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+BUILD = Path(os.environ.get("SERVOHIL_BUILD", REPOSITORY / "build" / "release"))
+PROGRAM = BUILD / "bin" / "servohil"
+CONFIGURATION = REPOSITORY / "config" / "servohil.toml"
+DBC = REPOSITORY / "config" / "servohil.dbc"
+
+OK, NOT_VALID, USAGE, ENVIRONMENT = 0, 1, 2, 3  # exit statuses of the program
+WAITING, RUNNING, STOPPED = 0, 1, 3             # signal Mode
+TICKS_PER_MS = 10
+PATIENCE_S = 20.0  # for anything that should come within milliseconds: the machine may be busy
+IN_GUEST = bool(os.environ.get("SERVOHIL_GUEST"))  # virtual time: no tick is ever late
+
+
+def run(*arguments, status=OK, **more):
+    """The program to its end."""
+    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=60, cwd=REPOSITORY,
+                          **more)
+    assert done.returncode == status, f"exit status {done.returncode}, expected {status}: {done.args}\n{done.stderr}"
+    return done
+
+
+def settings(**keys):
+    """settings(publish__position_ms=1) → --set publish.position_ms=1"""
+    return [word for key, value in keys.items() for word in ("--set", f"{key.replace('__', '.')}={value}")]
+
+
+class Emulator:
+    """A running `servohil run`. As a context: killed at the end if it still runs."""
+
+    def __init__(self, buses, *arguments):
+        self._errors = tempfile.TemporaryFile("w+")
+        self._process = subprocess.Popen(
+            [PROGRAM, "run", *(word for bus in buses for word in ("--can", bus)), *map(str, arguments)],
+            stdout=subprocess.PIPE, stderr=self._errors, text=True, cwd=REPOSITORY)
+        self._watchdog = threading.Timer(120.0, self._process.kill)  # no test may hang
+        self._watchdog.start()
+        self.ready = self._process.stdout.readline()
+        if not self.ready.startswith("ready: "):
+            status = self._finish()
+            raise AssertionError(f"no ready line but {self.ready!r}, exit status {status}:\n{self.log()}")
+        self.urls = self.ready[len("ready: "):].split(";")[0].split(", ")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._process.kill()
+        self._finish()
+        self._errors.close()
+
+    def _finish(self):
+        status = self._process.wait()
+        self._watchdog.cancel()
+        return status
+
+    def log(self):
+        """Standard error so far."""
+        self._errors.seek(0)
+        return self._errors.read()
+
+    def signal(self, how):
+        self._process.send_signal(how)
+
+    def stop(self):
+        """Ends it; exit status and summary."""
+        self.signal(signal.SIGTERM)
+        return self.wait()
+
+    def wait(self):
+        text = self._process.stdout.read()
+        return Result(self._finish(), text, self.log())
+
+
+class Result:
+    """What a run left: its exit status and its summary in numbers."""
+
+    def __init__(self, status, text, log):
+        self.status, self.text, self.log = status, text, log
+        assert status in (OK, NOT_VALID), f"exit status {status}\n{text}\n{log}"
+        lines = dict(re.findall(r"^(\w[\w-]*) +(.*)$", text, re.M))
+        assert lines.keys() == {"ran", "wake-up", "compute", "in", "out", "bus", "verdict"}, text
+        self.ticks = int(re.match(r"(\d+) ticks", lines["ran"])[1])
+        self.x3_in = float(re.search(r"x3 ([\d.]+) in", lines["ran"])[1])
+        self.late_ticks = int(re.search(r"late ticks (\d+)", lines["wake-up"])[1])
+        self.count = {name: int(n) for key in ("in", "out") for n, name in re.findall(r"(\d+) ([a-z ]+)", lines[key])}
+        self.buses = [{name: int(n) for n, name in re.findall(r"(\d+) ([a-z() ]+)", line)}
+                      for line in re.findall(r"^bus +[^:]+:[^:]+: (.*)$", text, re.M)]
+        self.verdict = lines["verdict"]
+        self._judge()
+
+    def _judge(self):
+        """Exit status, verdict and late ticks tell the same; in virtual time nothing is late."""
+        valid = self.status == OK
+        assert self.verdict.startswith("VALID" if valid else "INVALID: timing: "), self.text
+        assert valid == (self.late_ticks == 0), self.text
+        if IN_GUEST:
+            assert valid, self.text
+
+
+class Frame:
+    """A frame of the emulator: message's name, its physical values, and what came over the wire."""
+
+    def __init__(self, name, values, raw):
+        self.name, self.values, self.raw = name, values, raw
+
+    def __getitem__(self, signal_name):
+        return self.values[signal_name]
+
+
+class Client:
+    """A governor on the bus."""
+
+    def __init__(self, url, dbc=DBC):
+        interface, _, channel = url.partition(":")
+        self._more = {"sleep_after_open": 0.0, "bitrate": 500000} if interface == "slcan" else {}
+        self._where = {"interface": interface, "channel": channel}
+        database = canmatrix.formats.loadp_flat(str(dbc))
+        self.messages = {m.name: m for m in database.frames}
+        self._by_id = {m.arbitration_id.id: m for m in database.frames}
+        self._count = 0
+        self.open()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        try:
+            self.close()
+        except (can.CanError, OSError):
+            pass  # the emulator went first
+
+    def open(self):
+        self.bus = can.Bus(**self._where, **self._more)
+
+    def close(self):
+        self.bus.shutdown()
+
+    def resolution(self, message, name):
+        return float(self.messages[message].signal_by_name(name).factor)
+
+    def command(self, p1_psi, **more):
+        """GOV_Command; canmatrix takes raw integers."""
+        message = self.messages["GOV_Command"]
+        p1 = message.signal_by_name("P1_Demand")
+        raw = round((p1_psi - float(p1.offset)) / float(p1.factor))
+        self._count += 1
+        data = message.encode({"P1_Demand": raw, "Counter": self._count % 16})
+        return can.Message(**{"arbitration_id": message.arbitration_id.id, "is_extended_id": False, "data": data, **more})
+
+    def send(self, *frames):
+        for frame in frames:
+            self.bus.send(frame)
+
+    def send_p1(self, p1_psi):
+        self.send(self.command(p1_psi))
+
+    def receive(self, timeout_s=PATIENCE_S):
+        """Next frame, decoded; fails when none comes."""
+        raw = self.bus.recv(timeout_s)
+        assert raw is not None, f"no frame within {timeout_s} s"
+        return self.decode(raw)
+
+    def decode(self, raw):
+        message = self._by_id.get(raw.arbitration_id)
+        if message is None or raw.is_extended_id or raw.is_remote_frame:
+            return Frame(None, {}, raw)
+        return Frame(message.name, {n: float(s.phys_value) for n, s in message.decode(raw.data).items()}, raw)
+
+    def until(self, condition, timeout_s=PATIENCE_S):
+        """Frames up to and with the first that fulfils the condition."""
+        frames, deadline = [], time.monotonic() + timeout_s
+        while not frames or not condition(frames[-1]):
+            frames.append(self.receive(max(0.0, deadline - time.monotonic())))
+        return frames
+
+    def newest(self, name, where=lambda frame: True):
+        """Next frame of this message that fulfils the condition."""
+        return self.until(lambda frame: frame.name == name and where(frame))[-1]
+
+    def for_ticks(self, ticks):
+        """Frames of this long a simulated time, from one SERVO_Position to another."""
+        first = self.newest("SERVO_Position")
+        return [first, *self.until(lambda frame: frame.name == "SERVO_Position"
+                                   and frame["Tick"] >= first["Tick"] + ticks)]
+
+    def until_ended(self):
+        """All frames until the emulator is gone: the line breaks, or nothing comes any more."""
+        frames = []
+        while True:
+            try:
+                raw = self.bus.recv(1.0)
+            except (can.CanError, OSError):
+                return frames
+            if raw is None:
+                return frames
+            frames.append(self.decode(raw))
+
+
+def ticks_of(frames):
+    return [int(frame["Tick"]) for frame in frames if frame.name == "SERVO_Position"]
+
+
+def rounding(resolution):
+    """How far a rounded value may be from the one that was rounded."""
+    return 0.5 * resolution + 1e-9

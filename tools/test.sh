@@ -1,0 +1,55 @@
+#!/bin/bash
+# test.sh: installs what the tests need, builds, and runs all of them: format and lint, unit tests under the
+# sanitizers, unit tests and whole-program tests of the release build, and the same client tests on a real SocketCAN
+# stack (vcan0 of this kernel where it has CAN, else in a guest; never skipped). Idempotent.
+set -euo pipefail
+cd "$(dirname "$(readlink -f "$0")")/.."
+
+say() { printf '\n== %s (%d s since the start)\n' "$1" "$SECONDS"; }
+
+say "packages"
+tools/deps.sh test
+
+say "format and lint"
+git ls-files '*.cpp' '*.hpp' | xargs clang-format --dry-run -Werror
+git ls-files | xargs -d '\n' grep -lE '^#!/bin/(ba)?sh' | xargs shellcheck
+for preset in release asan tsan; do cmake --preset "$preset" >/dev/null; done
+run-clang-tidy -quiet -p build/release "$PWD/src/.*\.cpp" >build/clang-tidy.log 2>&1 ||
+  { grep -E 'warning:|error:' build/clang-tidy.log | sort -u; exit 1; }
+
+say "the CAN guest's kernel (built once a machine)"
+tools/vcan-guest --build
+
+say "build"
+cmake --build --preset release
+cmake --build --preset asan
+cmake --build --preset tsan
+
+say "unit tests under address and undefined-behaviour sanitizers"
+ctest --preset asan --progress -j2
+say "unit tests under the thread sanitizer"
+ctest --preset tsan --progress -j2
+
+# A sanitizer build of the whole program meets hostile clients and mistakes, too.
+say "whole program under sanitizers"
+pytest=(/usr/bin/python3 -m pytest -q -p no:cacheprovider)
+export PYTHONDONTWRITEBYTECODE=1
+SERVOHIL_BUILD=$PWD/build/asan "${pytest[@]}" tests/e2e/test_cli.py tests/e2e/test_bus.py
+SERVOHIL_BUILD=$PWD/build/tsan "${pytest[@]}" tests/e2e/test_bus.py
+
+say "unit tests, release build"
+ctest --preset release
+
+say "whole program on the real SocketCAN stack"
+export SERVOHIL_BUILD=$PWD/build/release
+if ip link show vcan0 >/dev/null 2>&1; then
+  build/release/bin/socketcan_test
+  SERVOHIL_BUS=socketcan "${pytest[@]}" tests/e2e/test_bus.py
+else
+  tools/vcan-guest --timeout 300 build/release/bin/socketcan_test
+  tools/vcan-guest --timeout 600 --env SERVOHIL_BUS=socketcan --env SERVOHIL_BUILD --env PYTHONDONTWRITEBYTECODE \
+    -- "${pytest[@]}" tests/e2e/test_bus.py
+fi
+
+say "whole program, release build"
+"${pytest[@]}" tests/can tests/e2e
