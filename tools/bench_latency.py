@@ -22,10 +22,10 @@ def servohil_us(cpu: int, seconds: int) -> tuple[float, float, float]:
     run = subprocess.run(
         [PROGRAM, "run", "--can", "slcan:pty", "--rt", "require", "--duration", str(seconds), "--set", "loop.wake_ticks=1",
          "--set", f"loop.priority={PRIORITY}", "--set", f"loop.cpu={cpu}"], capture_output=True, text=True)
-    found = re.search(r"latency median ([\d.]+) us, 99.9 % ([\d.]+) us, worst ([\d.]+) ms", run.stdout)
+    found = re.search(r"latency median ([\d.]+) us, 99.9 % ([\d.]+) us, worst ([\d.]+) us", run.stdout)
     if not found:
         sys.exit(f"bench: servohil did not run: {run.stderr.strip()}")
-    return float(found[1]), float(found[2]), float(found[3]) * 1000.0
+    return float(found[1]), float(found[2]), float(found[3])
 
 
 def cyclictest_us(cpu: int, seconds: int) -> tuple[float, float, float]:

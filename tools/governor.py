@@ -89,7 +89,7 @@ class Governor:
         """(valid, in words), as the emulator's newest status says."""
         status = self.record.status
         if status("Mode") is None:
-            return True, "no SERVO_Status: not judged"
+            return True, "no SERVO_Status received"
         mode = self.contract.require("SERVO_Status", "Mode").values.get(int(status("Mode")), status("Mode"))
         reasons = []
         if status("TimingValid") == 0:
@@ -127,10 +127,18 @@ class Governor:
         return OK if valid or args.accept_invalid else INVALID
 
 
+class Parser(argparse.ArgumentParser):
+    def error(self, message):  # one line, instead of the whole usage before it
+        raise Failure(USAGE, f"{message}; --help tells more")
+
+
 def positive(text):
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
     if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"'{text}' must be above 0")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number above 0")
     return value
 
 
@@ -179,7 +187,7 @@ def add_common(parser, of_command):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="Exit status: 0 ok; 1 the emulator's last status says that the run is not valid (late ticks: timing\n"
                "INVALID; or a model fault); 2 usage or DBC file; 3 no bus, or nothing came back for 2 s.\n\n"
@@ -223,23 +231,30 @@ def main():
             raise Failure(USAGE, f"P1 {p1_psi:g} psi: {args.dbc} carries {low:g} to {high:g} psi")
     bus = connect(args)
     governor = Governor(bus, contract, args)
+    failure = None
     try:
         governor.run()
+    except Failure as error:
+        failure = error
     finally:
         try:
             bus.shutdown()
         except (can.CanError, OSError):
             pass  # the emulator went first
-        if governor.record.rows and args.output:
-            governor.record.write(args.output)
+    if failure and not governor.record.rows:
+        raise failure
+    if args.output:
+        governor.record.write(args.output)
     status = governor.summary()
-    if args.plot and governor.record.rows:
+    if args.plot:
         import plot
         try:
             plot.draw(args.plot, [("servohil", governor.record.series())],
-                      ["p1_demand_psi", "p1_psi", "x3_in", "v3_in_s", "p3_psi"])
+                      ["p1_psi", "x3_in", "v3_in_s", "p3_psi"])
         except (plot.Mistake, ImportError) as error:
             raise Failure(NOTHING, str(error)) from None
+    if failure:
+        raise failure
     return status
 
 

@@ -170,12 +170,14 @@ def connect(args):
     except can.CanInterfaceNotImplementedError:
         raise Failure(USAGE, f"python-can has no interface '{args.interface}'; common ones: slcan, socketcan, pcan, "
                              "kvaser, ixxat") from None
-    except (can.CanError, OSError, ValueError) as error:
+    except Exception as error:  # a driver raises whatever it stumbles over
         hint = ""
         if args.interface == "socketcan":
             hint = ("; is it there and up? sudo ip link add dev vcan0 type vcan && sudo ip link set up vcan0"
                     if args.channel.startswith("vcan") else "; is it there and up? ip -br link show type can")
         elif args.interface == "slcan":
             hint = "; the emulator's line 'ready: ...' names its pseudo-terminal"
+        elif not isinstance(error, (can.CanError, OSError, ValueError)):
+            hint = "; is the driver of this interface installed?"
         reason = " ".join(str(error).split())
         raise Failure(NOTHING, f"{args.interface} {args.channel}: {reason}{hint}") from None

@@ -96,8 +96,13 @@ def draw(output, runs, columns, title="", window=None, time_label="Simulated tim
         plt.close(figure)
 
 
+class Parser(argparse.ArgumentParser):
+    def error(self, message):  # one line, instead of the whole usage before it
+        raise Mistake(f"{message}; --help tells more")
+
+
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = Parser(description=__doc__)
     parser.add_argument("files", nargs="+", metavar="CSV", help="files with the column t_s [s]")
     parser.add_argument("--columns", default="p1_psi,x3_in,v3_in_s,p3_psi", metavar="NAME,...",
                         help="a panel each, from the top; default: %(default)s; units are in the names")

@@ -60,11 +60,11 @@ std::string Summary(const Emulator& emulator, const can::Network& network, const
                  static_cast<unsigned long long>(end.sample.tick),
                  static_cast<double>(end.sample.tick) * model::kTickS, end.sample.state.x3_in,
                  end.sample.p1_psi, end.sample.state.p3_psi, Name(end.status.mode));
-  text += Format(
-      "wake-up  every %.1f ms; latency median %.1f us, 99.9 %% %.1f us, worst %.3f ms; late ticks %llu\n",
-      static_cast<double>(loop.wake_ticks) / 10.0, Us(timing.lateness.QuantileNs(0.5)),
-      Us(timing.lateness.QuantileNs(0.999)), Ms(timing.worst_lateness_ns),
-      static_cast<unsigned long long>(end.status.late_ticks));
+  text += Format("wake-up  every %.1f ms; latency median %.1f us, 99.9 %% %.1f us, worst %.1f us; ",
+                 static_cast<double>(loop.wake_ticks) / 10.0, Us(timing.wake_latency.QuantileNs(0.5)),
+                 Us(timing.wake_latency.QuantileNs(0.999)), Us(timing.wake_latency.MaxNs()));
+  text += Format("late ticks %llu, worst lateness %.3f ms\n",
+                 static_cast<unsigned long long>(end.status.late_ticks), Ms(timing.worst_lateness_ns));
   text += Format("model    %llu ticks were faster than %d sub-steps resolve\n",
                  static_cast<unsigned long long>(end.sample.unresolved_ticks), model::kMaxSubSteps);
   text += Format(

@@ -64,8 +64,10 @@ std::size_t Pty::Write(std::string_view text) const noexcept {
 std::string Pty::TakeBackUnread() const {
   const FileDescriptor slave = OpenSlave();
   if (!slave) return {};
-  // Newest first: what waits before the line buffer goes; what is in it follows, whole and in order, from
-  // where the client's next read would have begun.
+  // Polling waits until the kernel has moved what it can from the queue into the line buffer. Then the queue
+  // goes, and the line buffer is read in one piece, from where the client's next read would have begun.
+  pollfd entry{slave.Get(), POLLIN, 0};
+  ::poll(&entry, 1, 0);
   ::tcflush(master_.Get(), TCOFLUSH);
   std::array<char, 4096> buffer{};
   const ssize_t size = ::read(slave.Get(), buffer.data(), buffer.size());

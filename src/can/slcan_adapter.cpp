@@ -8,11 +8,12 @@
 namespace servohil::can {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 /// Time stamps count milliseconds and begin anew each minute (LAWICEL CAN232).
-std::uint16_t TimestampMs() noexcept {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  return static_cast<std::uint16_t>(std::chrono::duration_cast<std::chrono::milliseconds>(now).count() %
-                                    60'000);
+std::uint16_t TimestampMs(Clock::time_point now) noexcept {
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch());
+  return static_cast<std::uint16_t>(ms.count() % 60'000);
 }
 
 }  // namespace
@@ -47,7 +48,7 @@ std::optional<Frame> SlcanAdapter::HandleLine(const slcan::Line& line) {
                                                                    : slcan::Answer{"\a", std::nullopt, true};
   std::uint64_t lost = 0;
   if (was_open && !session_.IsOpen()) lost += outbox_.TakeBack();
-  lost += outbox_.Write(answer.text).lost_frames;
+  lost += outbox_.Write(answer.text, Clock::now()).lost_frames;
   if (lost > 0) session_.SetOverrun();
   Counters::Add(counters_.dropped_queue_full, lost);
   Counters::Add(counters_.malformed, answer.malformed ? 1 : 0);
@@ -87,9 +88,9 @@ std::optional<Frame> SlcanAdapter::Receive() noexcept {
 SendResult SlcanAdapter::Send(const Frame& frame) noexcept {
   const std::lock_guard lock(mutex_);
   if (!session_.IsOpen()) return counters_.Count(SendResult::kDisconnected);
-  const std::optional<std::uint16_t> timestamp =
-      session_.HasTimestamps() ? std::optional(TimestampMs()) : std::nullopt;
-  const slcan::Outbox::Outcome outcome = outbox_.Write(slcan::FormatFrame(frame, timestamp).View());
+  const Clock::time_point now = Clock::now();
+  const auto timestamp = session_.HasTimestamps() ? std::optional(TimestampMs(now)) : std::nullopt;
+  const slcan::Outbox::Outcome outcome = outbox_.Write(slcan::FormatFrame(frame, timestamp).View(), now);
   if (outcome.lost_frames > 0 || !outcome.written) session_.SetOverrun();
   Counters::Add(counters_.dropped_queue_full, outcome.lost_frames);
   return counters_.Count(outcome.written ? SendResult::kSent : SendResult::kQueueFull);

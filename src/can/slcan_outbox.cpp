@@ -19,7 +19,8 @@ bool BeginsLine(std::string_view text, std::size_t at) {
   return at == 0 || EndsLine(text[at - 1]);
 }
 
-/// The line that is begun at `at`: what of it lies before, what after (with its end). Both empty at a beginning.
+/// The line that is begun at `at`: what of it lies before, what after (with its end). Both empty at a
+/// beginning.
 struct BegunLine {
   std::string read;
   std::string rest;
@@ -49,52 +50,67 @@ Outbox::Outbox(const Pty& pty) : pty_(pty) {
   history_.reserve(2 * kRemembered + kLongestLine + 1);
 }
 
-void Outbox::Remember(std::string_view text) {
-  history_ += text;
+void Outbox::Remember(std::string_view line) {
+  history_ += line;
   if (history_.size() <= 2 * kRemembered) return;
   const std::size_t end = history_.find('\r', history_.size() - kRemembered);
   history_.erase(0, end == std::string::npos ? end : end + 1);
 }
 
-std::size_t Outbox::FindUnread(std::string_view taken_back) const {
+std::optional<std::size_t> Outbox::Find(std::string_view unread) const {
   // A piece of a line could be in many places.
-  const bool has_line_end = taken_back.find_first_of("\r\a") != std::string_view::npos;
-  return has_line_end ? history_.find(taken_back) : std::string::npos;
+  if (unread.find_first_of("\r\a") == std::string_view::npos) return std::nullopt;
+  const std::size_t at = history_.find(unread);
+  return at == std::string::npos ? std::nullopt : std::optional(at);
 }
 
-Outbox::Outcome Outbox::Write(std::string_view line) {
-  const std::size_t before = history_.size();
+bool Outbox::TryWrite(std::string_view line) {
+  pending_.erase(0, pty_.Write(pending_));
+  if (!pending_.empty()) return false;
   const std::size_t fitted = pty_.Write(line);
+  if (fitted == 0) return false;
   Remember(line);
-  if (fitted == line.size()) return {true, 0};
+  pending_ = line.substr(fitted);
+  return true;
+}
 
-  // Full. If a piece of this line fitted in, it is taken back with the others.
-  const std::size_t at = FindUnread(pty_.TakeBackUnread());
-  Outcome outcome;
-  BegunLine begun{"?", "\r"};  // where the client is, is not known: ends whatever line it has begun
-  if (at != std::string::npos) {
-    begun = BegunAt(history_, at);
-    outcome.lost_frames = CountFrames(std::string_view(history_).substr(0, before), at);
+std::uint64_t Outbox::DropFrom(std::size_t at) {
+  const BegunLine begun = BegunAt(history_, at);
+  const std::uint64_t lost = CountFrames(history_, at);
+  history_ = begun.read + begun.rest;
+  pending_ = begun.rest;
+  pending_.erase(0, pty_.Write(pending_));
+  return lost;
+}
+
+Outbox::Outcome Outbox::Write(std::string_view line, TimePoint now) {
+  if (TryWrite(line)) {
+    full_since_.reset();
+    return {true, 0};
   }
-  const std::string text = begun.rest + std::string(line);
-  outcome.written = pty_.Write(text) == text.size();
-  history_ = begun.read + text;
-  return outcome;
+  if (!full_since_) full_since_ = now;
+  if (now - *full_since_ < kStalled) return {false, 0};
+  full_since_.reset();
+  const std::optional<std::size_t> at = Find(pty_.TakeBackUnread());
+  if (!at) {  // ends whatever line the client has begun; "?" stands for that
+    history_ = {'?', '\r'};
+    pending_ = '\r';
+    return {TryWrite(line), 0};
+  }
+  const std::uint64_t lost = DropFrom(*at);
+  return {TryWrite(line), lost};
 }
 
 std::uint64_t Outbox::TakeBack() {
-  const std::size_t at = FindUnread(pty_.TakeBackUnread());
-  if (at == std::string::npos) return 0;  // it has read everything
-  const BegunLine begun = BegunAt(history_, at);
-  const std::uint64_t lost = CountFrames(history_, at);
-  pty_.Write(begun.rest);
-  history_ = begun.read + begun.rest;
-  return lost;
+  const std::optional<std::size_t> at = Find(pty_.TakeBackUnread());
+  return at ? DropFrom(*at) : 0;
 }
 
 void Outbox::Reset() {
   pty_.DiscardUnread();
   history_.clear();
+  pending_.clear();
+  full_since_.reset();
 }
 
 }  // namespace servohil::can::slcan

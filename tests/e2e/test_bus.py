@@ -9,14 +9,16 @@ import io
 import json
 import re
 import signal
+import socket
 import subprocess
 import sys
+from pathlib import Path
 
 import can
 import pytest
 
-from emulator import (DBC, ENVIRONMENT, PROGRAM, REPOSITORY, RUNNING, STOPPED, TICKS_PER_MS, WAITING, Client, rounding,
-                      run, settings, ticks_of)
+from emulator import (DBC, ENVIRONMENT, NOT_VALID, REPOSITORY, RUNNING, STOPPED, TICKS_PER_MS, USAGE, WAITING, Client,
+                      Emulator, let_time_pass, rounding, run, settings, ticks_of)
 
 REST_P1_PSI = 30.2632  # steady state at x3 = 4 in (expected.md: 30.26320)
 STEP_P1_PSI = 30.533   # 0.27 psi more
@@ -296,6 +298,35 @@ def test_client_that_does_not_read_gets_the_present(start, connect):
 
 
 @pytest.mark.only("slcan")
+def test_terminal_under_a_name_of_its_own(tmp_path, connect):
+    link = tmp_path / "governor-bus"
+    with Emulator([f"slcan:pty:{link}"]) as emulator:
+        assert emulator.urls == [f"slcan:{link}"] and link.resolve().parent.name == "pts"
+        connect(emulator).newest("SERVO_Position")
+        emulator.stop()
+    assert not link.is_symlink()
+    link.write_text("somebody's file")
+    assert f"{link} exists" in run("run", "--can", f"slcan:pty:{link}", status=USAGE).stderr
+    assert link.read_text() == "somebody's file"
+
+
+@pytest.mark.only("slcan")
+def test_serial_adapter(start, connect):
+    """The emulator as the host of an adapter: another emulator's terminal plays it, itself silent."""
+    silent = settings(publish__position_ms=0, publish__pressures_ms=0, publish__relay_ms=0, publish__status_ms=0)
+    adapter = start(*silent, buses=2)
+    with Emulator([adapter.urls[0]]) as emulator:
+        client = connect(adapter, 1)
+        client.newest("SERVO_Position")
+        client.send_p1(STEP_P1_PSI)
+        client.newest("SERVO_Status", lambda f: f["Mode"] == RUNNING)
+        emulator.signal(signal.SIGTERM)
+        assert client.newest("SERVO_Status", lambda f: f["Mode"] == STOPPED)
+        assert emulator.wait().count["commands"] == 1
+    assert adapter.stop().count["commands"] == 1
+
+
+@pytest.mark.only("slcan")
 def test_garbage_on_the_line_is_survived(start, connect):
     emulator = start()
     client = connect(emulator)
@@ -324,9 +355,40 @@ def test_last_frame_says_stopped(start, connect, how):
     emulator.signal(how)
     frames = client.until_ended()
     result = emulator.wait()  # exit status and verdict are judged there
-    assert frames[-1].name == "SERVO_Status" and frames[-1]["Mode"] == STOPPED
+    assert frames and frames[-1].name == "SERVO_Status" and frames[-1]["Mode"] == STOPPED
     assert frames[-1]["LateTicks"] == result.late_ticks
-    assert result.ticks >= ticks_of(frames)[-1]
+
+
+def test_late_ticks_make_the_run_invalid(start, connect):
+    """An emulator that was held up says so for good, and has lost neither simulated time nor phase."""
+    emulator = start()
+    client = connect(emulator)
+    before = int(client.newest("SERVO_Position")["Tick"])
+    emulator.signal(signal.SIGSTOP)
+    let_time_pass(0.3)
+    emulator.signal(signal.SIGCONT)
+    client.newest("SERVO_Position", lambda f: f["Tick"] > before + 3000)
+    frames = client.for_ticks(2000)
+    assert {tick % (10 * TICKS_PER_MS) for tick in ticks_of(frames)} == {0}
+    statuses = [frame for frame in frames if frame.name == "SERVO_Status"]
+    assert {frame["TimingValid"] for frame in statuses} == {0}
+    assert statuses[0]["LateTicks"] >= 2900
+    result = emulator.stop(may_be_late=True)
+    assert result.status == NOT_VALID and result.late_ticks >= statuses[-1]["LateTicks"]
+
+
+def test_no_burst_of_the_past_after_a_hold_up(start, connect):
+    """After a delay the bus gets the present: of 30 positions that fell due meanwhile, the last ones."""
+    emulator = start()
+    client = connect(emulator)
+    client.newest("SERVO_Position")
+    emulator.signal(signal.SIGSTOP)
+    let_time_pass(0.3)
+    before = ticks_of(client.frames_so_far())[-1:] or [0]
+    emulator.signal(signal.SIGCONT)
+    frames = client.until(lambda f: f.name == "SERVO_Position" and f["Tick"] > before[0] + 3000)
+    assert len(ticks_of(frames)) <= 5
+    emulator.stop(may_be_late=True)
 
 
 def test_duration_ends_the_run(start):
@@ -334,12 +396,24 @@ def test_duration_ends_the_run(start):
     assert result.ticks == 5000 and "0.5000 s simulated" in result.text
 
 
-def test_missing_interface(transport):
+def test_missing_interface():
+    try:
+        socket.socket(socket.PF_CAN, socket.SOCK_RAW, socket.CAN_RAW).close()
+        helps = "sudo ip link add dev vcan7 type vcan"
+    except OSError:
+        helps = "--can slcan:pty"
     done = run("run", "--can", "socketcan:vcan7", "--duration", "0.1", status=ENVIRONMENT)
     errors = [line for line in done.stderr.splitlines() if not line.startswith("servohil: info: ")]
     assert len(errors) == 1 and done.stdout == ""
-    helps = "sudo ip link add dev vcan7 type vcan" if transport == "socketcan" else "--can slcan:pty"
     assert helps in errors[0]
+
+
+def test_auto_takes_the_kernels_interface_or_a_terminal():
+    with Emulator(["auto"], *settings(can__interfaces='["vcan0"]')) as emulator:
+        there = Path("/sys/class/net/vcan0").exists()
+        assert emulator.urls[0] == "socketcan:vcan0" if there else emulator.urls[0].startswith("slcan:/dev/pts/")
+        assert "looked for vcan0" in emulator.log()
+        emulator.stop()
 
 
 def test_missing_device():
@@ -363,7 +437,7 @@ def test_stand_in_governor(start, tmp_path):
     assert float(rows[0]["x3_in"]) == 4.0
     assert float(rows[-2]["x3_in"]) == pytest.approx(steady["x3_in"], abs=0.0002)
     assert float(rows[-2]["p3_psi"]) == pytest.approx(steady["p3_psi"], abs=0.02)
-    assert 110 <= result.count["commands"] <= 121 or result.late_ticks
+    assert 20 < result.count["commands"] <= 121  # one every 10 ms; fewer on a machine that has no time
 
 
 def test_stand_in_governor_alone(start, connect):
@@ -374,6 +448,24 @@ def test_stand_in_governor_alone(start, connect):
                           capture_output=True, text=True, timeout=60)
     assert done.returncode == 3
     assert re.fullmatch(r"governor\.py: nothing came back for 2 s: does servohil run on this bus.*\n", done.stderr)
+
+
+@pytest.mark.parametrize("arguments, status, says", [
+    (["hold", "30"], 2, "which bus? --can URL"),
+    (["--can", "slcan:pty", "hold", "30"], 2, "is for the emulator"),
+    (["--can", "telepathy:0", "hold", "30"], 2, "no interface 'telepathy'"),
+    (["--can", "slcan:/dev/ttyNONE", "hold", "30"], 3, "/dev/ttyNONE"),
+    (["--can", "socketcan:vcan7", "hold", "30"], 3, "sudo ip link add dev vcan0 type vcan"),
+    (["--can", "slcan:/dev/ttyNONE", "hold", "301"], 2, "0 to 300 psi"),
+    (["--can", "slcan:/dev/ttyNONE", "step", "30"], 2, "required: TO"),
+    (["--can", "slcan:/dev/ttyNONE", "hold", "30", "--dbc", "/gone.dbc"], 2, "/gone.dbc: No such file"),
+    (["--can", "slcan:/dev/ttyNONE", "hold", "30", "--dbc", __file__], 2, "no message GOV_Command"),
+])
+def test_stand_in_governor_mistakes(arguments, status, says):
+    done = subprocess.run([sys.executable, REPOSITORY / "tools" / "governor.py", *arguments], capture_output=True,
+                          text=True, timeout=60)
+    assert done.returncode == status and done.stdout == ""
+    assert done.stderr.startswith("governor.py: ") and done.stderr.count("\n") == 1 and says in done.stderr
 
 
 # --- What the kernel's CAN has alone ---------------------------------------------------------------------------------
@@ -395,12 +487,11 @@ def test_interface_goes_down_and_up(start, connect, interface_up_again):
     before = int(client.newest("SERVO_Position")["Tick"])
     client.close()
     ip("down")
-    # Time passes while it is down: as many of its own wake-ups as fit into this process' run.
-    run("run", "--can", "slcan:pty", "--rt", "off", "--duration", "0.5", status=(emulator_ok := 0))
+    let_time_pass(0.5)
     ip("up")
     client.open()
     frames = client.for_ticks(1000)
-    assert ticks_of(frames)[0] >= before + 4000 + emulator_ok
+    assert ticks_of(frames)[0] >= before + 5000
     client.send_p1(STEP_P1_PSI)
     client.newest("SERVO_Status", lambda f: f["Mode"] == RUNNING)
     result = emulator.stop()

@@ -15,8 +15,10 @@ struct LoopTiming {
   std::uint64_t wakes = 0;
   std::uint64_t late_wakes = 0;        ///< began a whole period or more after their deadline
   std::int64_t worst_lateness_ns = 0;  ///< start of the work after its deadline
-  LatencyHistogram lateness;           ///< of every wake, the caught-up ones included
-  LatencyHistogram compute;            ///< of the work of one wake
+  LatencyHistogram
+      wake_latency;           ///< of the wakes that slept: what the kernel adds, as cyclictest measures it
+  LatencyHistogram lateness;  ///< of every wake, those that catch up included (no coordinated omission)
+  LatencyHistogram compute;   ///< of the work of one wake
 };
 
 class PeriodicLoop {
@@ -32,12 +34,15 @@ class PeriodicLoop {
            std::int64_t first_deadline_ns = kOnePeriodFromNow) noexcept {
     std::int64_t deadline_ns =
         first_deadline_ns == kOnePeriodFromNow ? MonotonicNs() + period_ns_ : first_deadline_ns;
+    std::int64_t end_ns = MonotonicNs();
     for (bool go_on = true; go_on && !stop.load(std::memory_order_relaxed); deadline_ns += period_ns_) {
-      SleepUntil(deadline_ns);
+      const bool sleeps = end_ns < deadline_ns;
+      if (sleeps) SleepUntil(deadline_ns);
       const std::int64_t begin_ns = MonotonicNs();
-      Account(begin_ns - deadline_ns);
+      Account(begin_ns - deadline_ns, sleeps);
       go_on = work(timing_);
-      timing_.compute.Record(MonotonicNs() - begin_ns);
+      end_ns = MonotonicNs();
+      timing_.compute.Record(end_ns - begin_ns);
     }
   }
 
@@ -47,8 +52,9 @@ class PeriodicLoop {
  private:
   static constexpr std::int64_t kOnePeriodFromNow = std::numeric_limits<std::int64_t>::min();
 
-  void Account(std::int64_t lateness_ns) noexcept {
+  void Account(std::int64_t lateness_ns, bool slept) noexcept {
     ++timing_.wakes;
+    if (slept) timing_.wake_latency.Record(lateness_ns);
     timing_.lateness.Record(lateness_ns);
     if (lateness_ns >= period_ns_) ++timing_.late_wakes;
     if (lateness_ns > timing_.worst_lateness_ns) timing_.worst_lateness_ns = lateness_ns;
