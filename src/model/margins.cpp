@@ -62,10 +62,10 @@ double Margins::Lower() const noexcept {
 
 const PhaseCrossing* Margins::Phase() const noexcept {
   const auto* const end = phase_crossings.data() + phase_crossing_count;
-  const auto* const smallest = std::min_element(
-      phase_crossings.data(), end, [](const PhaseCrossing& a, const PhaseCrossing& b) noexcept {
-        return std::fabs(a.margin_deg) < std::fabs(b.margin_deg);
-      });
+  const auto* const smallest = std::min_element(phase_crossings.data(), end,
+                                                [](const PhaseCrossing& a, const PhaseCrossing& b) noexcept {
+                                                  return std::fabs(a.margin_deg) < std::fabs(b.margin_deg);
+                                                });
   return smallest == end ? nullptr : smallest;
 }
 
@@ -73,9 +73,7 @@ Margins FindMargins(const TransferFunction& loop) noexcept {
   Margins margins;
   const OnAxis n = Split(loop.numerator);
   const OnAxis d = Split(loop.denominator);
-  const auto at = [&](double w) {
-    return loop.numerator.At({0.0, w}) / loop.denominator.At({0.0, w});
-  };
+  const auto at = [&](double w) { return loop.numerator.At({0.0, w}) / loop.denominator.At({0.0, w}); };
   const auto add_limit = [&](double w) {
     const double real = at(w).real();
     if (!(real < 0.0) || margins.gain_limit_count == Margins::kMax) return;
@@ -90,8 +88,7 @@ Margins FindMargins(const TransferFunction& loop) noexcept {
   // |N|² = |D|²
   const auto square = [](const OnAxis& p) { return p.even * p.even + kSquare * p.odd * p.odd; };
   ForEachFrequency(square(n) + -1.0 * square(d), [&](double w) {
-    const double margin_deg =
-        std::remainder(180.0 + std::arg(at(w)) * 180.0 / std::numbers::pi, 360.0);
+    const double margin_deg = std::remainder(180.0 + std::arg(at(w)) * 180.0 / std::numbers::pi, 360.0);
     margins.phase_crossings[static_cast<std::size_t>(margins.phase_crossing_count++)] = {margin_deg, w};
   });
   return margins;

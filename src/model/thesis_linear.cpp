@@ -23,14 +23,14 @@ ThesisCoefficients ThesisCoefficientsAt(const Parameters& p, const Derived& d, c
   c.C = options.simulation ? d.C : 0.0;
   c.V4_over_beta = options.simulation ? p.servo.relay_volume_in3 / p.servo.bulk_modulus_psi : 0.0;
 
-  c.a1 = d.k_metering * std::sqrt(d.P2 - P3);                                            // (3.5)
-  c.a2 = d.k_metering * std::sqrt(P3);                                                   // (3.6)
-  c.a3 = d.k_relay * std::sqrt(P4);                                                      // (3.4)
-  c.b1 = d.k_metering * (o.x2_in - o.x4_in + d.U) / (2.0 * std::sqrt(d.P2 - P3));        // (3.5)
-  c.b2 = d.k_metering * (o.x4_in - o.x2_in + d.U) / (2.0 * std::sqrt(P3));               // (3.6)
-  c.b3 = d.k_relay * (o.x2_in - o.x1_in) / (2.0 * std::sqrt(P4));                        // (3.4)
-  c.a4 = d.capillary_a;                                                                  // Appendix B
-  if (options.full_a4) c.a4 *= 1.0 + 2.0 * d.capillary_b * o.q4_in3_s;                   // (3.16)
+  c.a1 = d.k_metering * std::sqrt(d.P2 - P3);                                      // (3.5)
+  c.a2 = d.k_metering * std::sqrt(P3);                                             // (3.6)
+  c.a3 = d.k_relay * std::sqrt(P4);                                                // (3.4)
+  c.b1 = d.k_metering * (o.x2_in - o.x4_in + d.U) / (2.0 * std::sqrt(d.P2 - P3));  // (3.5)
+  c.b2 = d.k_metering * (o.x4_in - o.x2_in + d.U) / (2.0 * std::sqrt(P3));         // (3.6)
+  c.b3 = d.k_relay * (o.x2_in - o.x1_in) / (2.0 * std::sqrt(P4));                  // (3.4)
+  c.a4 = d.capillary_a;                                                            // Appendix B
+  if (options.full_a4) c.a4 *= 1.0 + 2.0 * d.capillary_b * o.q4_in3_s;             // (3.16)
 
   c.B1 = c.k2 / c.A2 * (1.0 / c.a4 + c.b3);
   c.B2 = c.c3 + c.b1 + c.b2;

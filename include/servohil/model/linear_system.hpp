@@ -31,7 +31,7 @@ struct PoleList {
   std::array<Pole, kMax> items{};
   int size = 0;
 
-  const Pole* begin() const noexcept { return items.data(); }      // NOLINT(readability-identifier-naming)
+  const Pole* begin() const noexcept { return items.data(); }       // NOLINT(readability-identifier-naming)
   const Pole* end() const noexcept { return items.data() + size; }  // NOLINT(readability-identifier-naming)
   double LargestRealPart() const noexcept;
   /// The least damped one. @pre size > 0

@@ -2,10 +2,10 @@
 /// Stability margins of the position loop, broken at the cam feedback: the bushing x4 is held by an outside
 /// hand, the piston's answer alpha x3 is what the cam would have set it to.
 ///   L(s) = -(alpha x3)/x4,   closed loop: 1 + L(s) = 0
-/// With A of the servomotor and A_o of the same one with its bushing held, A - A_o = D has only the columns of
-/// x3 (by x4) and v3 (by dx4/dt), so that L(s) = -c (sI - A_o)⁻¹ (D_x3 + s D_v3), c picks x3.
-/// Opened so, the piston on a load that falls with x3 drifts off slowly (a real pole near +0.1 1/s): L has a
-/// pole in the right half plane, and the gain may neither rise nor fall without limit.
+/// With A of the servomotor and A_o of the same one with its bushing held, A - A_o = D has only the columns
+/// of x3 (by x4) and v3 (by dx4/dt), so that L(s) = -c (sI - A_o)⁻¹ (D_x3 + s D_v3), c picks x3. Opened so,
+/// the piston on a load that falls with x3 drifts off slowly (a real pole near +0.1 1/s): L has a pole in the
+/// right half plane, and the gain may neither rise nor fall without limit.
 
 #include <array>
 

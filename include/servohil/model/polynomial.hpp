@@ -31,8 +31,9 @@ Polynomial operator*(double factor, const Polynomial& a) noexcept;
 /// Without the leading coefficients that are exactly 0.
 Polynomial Trimmed(const Polynomial& a) noexcept;
 
-/// Eigenvalues of the companion matrix, s scaled so that the roots are about 1; the slowest first. Leading zeros
-/// are ignored; roots at 0 are exact. A degree above kMaxOrder (as for margins) is fine up to kMaxDegree.
+/// Eigenvalues of the companion matrix, s scaled so that the roots are about 1; the slowest first. Leading
+/// zeros are ignored; roots at 0 are exact. A degree above kMaxOrder (as for margins) is fine up to
+/// kMaxDegree.
 PoleList Roots(const Polynomial& p) noexcept;
 
 }  // namespace servohil::model

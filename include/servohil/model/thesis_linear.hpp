@@ -1,8 +1,8 @@
 #pragma once
-/// The thesis' simplified linear model: section 3.2, Appendix B (four states), Appendix G (with the transient flow
-/// stabilizer, five). Against the linearised nonlinear model it leaves out: radial clearances (but in the steady
-/// state), viscous damping C, the oil's compressibility above the relay plunger and in the stabilizer (V4/beta,
-/// V8/beta); V3 and the load's slope k3 are constants.
+/// The thesis' simplified linear model: section 3.2, Appendix B (four states), Appendix G (with the transient
+/// flow stabilizer, five). Against the linearised nonlinear model it leaves out: radial clearances (but in
+/// the steady state), viscous damping C, the oil's compressibility above the relay plunger and in the
+/// stabilizer (V4/beta, V8/beta); V3 and the load's slope k3 are constants.
 
 #include "servohil/model/steady_state.hpp"
 #include "servohil/model/transfer_function.hpp"

@@ -16,11 +16,12 @@ struct TransferFunction {
 /// balanced matrix. A coefficient that is 0 by the structure of A comes out exactly 0.
 TransferFunction ToTransferFunction(const LinearSystem& system) noexcept;
 
-/// Routh array of a polynomial, as in section 3.6 of the thesis: the number of sign changes in the first column
-/// is the number of roots in the right half plane.
-///   A zero in the first column of a row that is not zero stands for a small positive number ("epsilon method").
-///   A row of zeros (roots symmetric about the origin) is replaced by the derivative of the polynomial that the
-///   row above it stands for; such roots on the imaginary axis are not in the right half plane, but there.
+/// Routh array of a polynomial, as in section 3.6 of the thesis: the number of sign changes in the first
+/// column is the number of roots in the right half plane.
+///   A zero in the first column of a row that is not zero stands for a small positive number ("epsilon
+///   method"). A row of zeros (roots symmetric about the origin) is replaced by the derivative of the
+///   polynomial that the row above it stands for; such roots on the imaginary axis are not in the right half
+///   plane, but there.
 /// An element counts as zero below 1e-12 of the products it is the difference of.
 struct RouthArray {
   static constexpr int kMaxRows = Polynomial::kMaxDegree + 1;

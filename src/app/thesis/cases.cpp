@@ -21,7 +21,8 @@ std::vector<std::string> Settings(const Row& row) {
     settings.push_back(std::string(key) + "=" + value);
   };
   // The thesis' equations to the letter, where the configuration offers others.
-  if (std::ranges::any_of(KeyTable(), [](const Key& k) { return std::string_view(k.name) == "model.physics"; }))
+  if (std::ranges::any_of(KeyTable(),
+                          [](const Key& k) { return std::string_view(k.name) == "model.physics"; }))
     set("model.physics", "thesis");
   set("servo.underlap_in", Text(row.underlap_in));
   set("servo.relay_piston_clearance_in", Text(row.clearance_in));
@@ -43,7 +44,8 @@ std::vector<std::string> Settings(const Row& row) {
 
 /// Every key that the model reads, with its value.
 std::vector<std::string> ModelKeys(Configuration configuration) {
-  constexpr std::array kModel = {"model.", "oil.", "servo.", "supply.", "cam.", "friction.", "stabilizer.", "load."};
+  constexpr std::array kModel = {"model.", "oil.",      "servo.",      "supply.",
+                                 "cam.",   "friction.", "stabilizer.", "load."};
   std::vector<std::string> all;
   for (const Key& key : KeyTable()) {
     const std::string_view name = key.name;

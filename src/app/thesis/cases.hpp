@@ -12,9 +12,9 @@
 
 namespace servohil::app::thesis {
 
-inline constexpr double kX3In = 4.0;        ///< operating point of every result, section 3.5
-inline constexpr double kStepPsi = 0.27;    ///< section 3.4
-inline constexpr double kWindowS = 0.1;     ///< TMAX, ENDTIM: what the thesis integrated
+inline constexpr double kX3In = 4.0;      ///< operating point of every result, section 3.5
+inline constexpr double kStepPsi = 0.27;  ///< section 3.4
+inline constexpr double kWindowS = 0.1;   ///< TMAX, ENDTIM: what the thesis integrated
 
 /// A row of Table VII; V8 = V_a as in section 5.4.
 struct Stabilizer {

@@ -34,8 +34,9 @@ void AppendCoefficients(const MakeCase& make, Groups& groups) {
   g.Number("b3", "in⁵/(lbf s)", "4.29", c.b3, FromP4("4.23452")).note =
       "its arithmetic prints d6 = 3.495 for w1 = 1.750 (not in the errata)";
   g.Number("a4", "lbf s/in⁵", "290.1e-3", c.a4);
-  g.Number("a4 by (3.16)", "lbf s/in⁵", "290.1e-3", at.Coefficients({.full_a4 = true}).a4,
-           Reason{"11.87", "13", "Appendix B leaves out the factor of (3.16); the program of Appendix D has it"});
+  g.Number(
+      "a4 by (3.16)", "lbf s/in⁵", "290.1e-3", at.Coefficients({.full_a4 = true}).a4,
+      Reason{"11.87", "13", "Appendix B leaves out the factor of (3.16); the program of Appendix D has it"});
   g.Number("B1", "in²/s", "700.67", c.B1, FromP4("695.651"));
   g.Number("B2", "in⁵/(lbf s)", "194.2e-3", c.B2);
   g.Number("B3", "in³/lbf", "39.9e-6", c.B3);

@@ -10,8 +10,8 @@
 namespace servohil::app::thesis {
 namespace {
 
-/// Beside the program's data when installed; the build tree links share/servohil to the sources' config, beside
-/// which the tools lie.
+/// Beside the program's data when installed; the build tree links share/servohil to the sources' config,
+/// beside which the tools lie.
 std::filesystem::path FindTool(const char* name) {
   const auto program = std::filesystem::read_symlink("/proc/self/exe");
   const auto data = program.parent_path().parent_path() / "share" / "servohil";
@@ -39,8 +39,8 @@ void DrawFigures(const std::filesystem::path& folder) {
   if (WIFEXITED(status) && WEXITSTATUS(status) == 127)
     throw EnvironmentError(std::string(python) + " is missing: sudo apt install python3 python3-matplotlib");
   if (WIFEXITED(status) && WEXITSTATUS(status) == 3)
-    throw EnvironmentError("drawing needs matplotlib: sudo apt install python3-matplotlib (the CSV files are in " +
-                           where + ")");
+    throw EnvironmentError(
+        "drawing needs matplotlib: sudo apt install python3-matplotlib (the CSV files are in " + where + ")");
   throw EnvironmentError(tool + " failed; the CSV files are in " + where);
 }
 

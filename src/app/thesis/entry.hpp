@@ -9,8 +9,8 @@
 
 namespace servohil::app::thesis {
 
-/// Why a printed value deviates, and what is right instead. The reason explains that deviation and no other: our
-/// value has to meet `right`, which comes from a source other than this program.
+/// Why a printed value deviates, and what is right instead. The reason explains that deviation and no other:
+/// our value has to meet `right`, which comes from a source other than this program.
 struct Reason {
   std::string right;   ///< as many digits as are sure
   std::string errata;  ///< "1", "13, 14"; "new" where it is not among the numbered ones
@@ -37,8 +37,8 @@ struct Entry {
 
 /// Entries that stand together in the source and have the same parameters.
 struct Group {
-  std::string where;                  ///< "Appendix B, coefficients of (B.18)"
-  std::vector<std::string> settings;  ///< on top of the base configuration, "KEY=VALUE"
+  std::string where;                    ///< "Appendix B, coefficients of (B.18)"
+  std::vector<std::string> settings;    ///< on top of the base configuration, "KEY=VALUE"
   std::vector<std::string> parameters;  ///< the full set, "KEY=VALUE"
   std::vector<Entry> entries;
 
@@ -46,7 +46,8 @@ struct Group {
       : where(std::move(place)), settings(c.settings), parameters(c.parameters) {}
   Entry& Number(std::string quantity, std::string unit, std::string printed, double ours,
                 std::optional<Reason> reason = {}) {
-    entries.push_back({std::move(quantity), std::move(unit), std::move(printed), ours, "", std::move(reason)});
+    entries.push_back(
+        {std::move(quantity), std::move(unit), std::move(printed), ours, "", std::move(reason)});
     return entries.back();
   }
   void Word(std::string quantity, std::string printed, std::string ours, std::optional<Reason> reason = {}) {

@@ -29,7 +29,8 @@ int Samples(double end_s) {
 
 /// The program of Appendix D: (3.17) with the full derivative of the capillary.
 Response Linear(const Case& c) {
-  const model::LinearSystem system = model::ThesisSystem(c.Coefficients({.full_a4 = true, .simulation = true}));
+  const model::LinearSystem system =
+      model::ThesisSystem(c.Coefficients({.full_a4 = true, .simulation = true}));
   model::StepResponse step(system, model::kTickS);
   Response r;
   const model::StateVector rest = c.rest.state.Vector();
@@ -133,18 +134,20 @@ struct ShownRow {
   std::vector<Shown> figures;
 };
 
-constexpr const char* kDot = "; the caption prints x3, the text speaks of its derivative";
+constexpr const char* kDot =
+    "; the caption prints x3, as that of the figure before it; the text speaks of both";
 constexpr const char* kNoDot = "; the caption prints the derivative, its pair is Figure ";
 
 std::string Caption(const Shown& shown, const char* study, const std::string& what) {
-  return "Figure " + std::to_string(shown.number) + ". " + study + " " + kLabels.at(shown.state) + " for " + what +
-         shown.remark;
+  return "Figure " + std::to_string(shown.number) + ". " + study + " " + kLabels.at(shown.state) + " for " +
+         what + shown.remark;
 }
 
 std::string Describe(const Row& row) {
   std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(), "U = %g in, c_r1 = c_r2 = %g in, beta = %g psi, alpha = %g, F_CF = %g psi",
-                row.underlap_in, row.clearance_in, row.bulk_modulus_psi, row.alpha, row.coulomb_psi);
+  std::snprintf(text.data(), text.size(),
+                "U = %g in, c_r1 = c_r2 = %g in, beta = %g psi, alpha = %g, F_CF = %g psi", row.underlap_in,
+                row.clearance_in, row.bulk_modulus_psi, row.alpha, row.coulomb_psi);
   return text.data();
 }
 
@@ -158,11 +161,17 @@ void LoadAndCam(const MakeCase& make, Folder& folder) {
     p1_a.push_back(RequireSteadyStateAt(a.derived, x3.back()).p1_psi);
     p1_b.push_back(RequireSteadyStateAt(b.derived, x3.back()).p1_psi);
   }
-  folder.Add({"figure_03", "Figure 3. External Load as a Function of Piston Displacement", "x3 [in]", "P3 at rest [psi]",
+  folder.Add({"figure_03",
+              "Figure 3. External Load as a Function of Piston Displacement",
+              "x3 [in]",
+              "P3 at rest [psi]",
               {{"x3_in", "p3_psi", ""}}},
              {"x3_in", "p3_psi"}, {&x3, &p_load}, b.settings);
-  folder.Add({"figure_04", "Figure 4. Main Piston Displacement as a Function of Input Control Oil Pressure", "P1 [psi]",
-              "x3 [in]", {{"p1_a_psi", "x3_in", "Curve A, two slopes"}, {"p1_b_psi", "x3_in", "Curve B, one slope"}}},
+  folder.Add({"figure_04",
+              "Figure 4. Main Piston Displacement as a Function of Input Control Oil Pressure",
+              "P1 [psi]",
+              "x3 [in]",
+              {{"p1_a_psi", "x3_in", "Curve A, two slopes"}, {"p1_b_psi", "x3_in", "Curve B, one slope"}}},
              {"x3_in", "p1_a_psi", "p1_b_psi"}, {&x3, &p1_a, &p1_b}, b.settings);
 }
 
@@ -176,8 +185,9 @@ void WriteFigures(const MakeCase& make, const std::filesystem::path& path) {
   for (const auto& [row, figures] : linear) {
     const Case c = make(TableIII()[row]);
     const Response r = Linear(c);
+    const std::string what = Describe(TableIII()[row]) + " (clearances in the steady state only)";
     for (const Shown& f : figures)
-      folder.AddResponse(Name(f.number), Caption(f, "Linearized Analysis.", Describe(TableIII()[row])), r, f.state, c.settings);
+      folder.AddResponse(Name(f.number), Caption(f, "Linearized Analysis.", what), r, f.state, c.settings);
   }
   const std::vector<ShownRow> uncompensated = {{0, {{14, 0}, {15, 1}, {16, 2}, {17, 3}}},
                                                {1, {{18, 0}}},
@@ -191,7 +201,8 @@ void WriteFigures(const MakeCase& make, const std::filesystem::path& path) {
     const Response r = Nonlinear(c, kWindowS);
     const std::string what = Describe(TableIV()[row]);
     for (const Shown& f : figures)
-      folder.AddResponse(Name(f.number), Caption(f, "Nonlinear Study of Uncompensated System.", what), r, f.state, c.settings);
+      folder.AddResponse(Name(f.number), Caption(f, "Nonlinear Study of Uncompensated System.", what), r,
+                         f.state, c.settings);
     if (figures.front().number == 18) {
       const Shown longer{18, 0, "; over 1 s: past the thesis' 0.1 s it grows to a limit cycle (errata 19)"};
       folder.AddResponse("figure_18_1s", Caption(longer, "Nonlinear Study of Uncompensated System.", what),
@@ -209,11 +220,13 @@ void WriteFigures(const MakeCase& make, const std::filesystem::path& path) {
     const int number = 33 + 2 * static_cast<int>(i);
     const bool misprint = number == 35 || number == 37;
     const std::string remark = misprint ? kNoDot + std::to_string(number + 1) : "";
-    folder.AddResponse(Name(number),
-                       Caption({number, 0, remark.c_str()}, "Nonlinear Study of Compensated System.", what.data()), r, 0,
+    folder.AddResponse(
+        Name(number),
+        Caption({number, 0, remark.c_str()}, "Nonlinear Study of Compensated System.", what.data()), r, 0,
+        c.settings);
+    folder.AddResponse(Name(number + 1),
+                       Caption({number + 1, 1}, "Nonlinear Study of Compensated System.", what.data()), r, 1,
                        c.settings);
-    folder.AddResponse(Name(number + 1), Caption({number + 1, 1}, "Nonlinear Study of Compensated System.", what.data()),
-                       r, 1, c.settings);
   }
   folder.Finish();
 }

@@ -18,7 +18,8 @@ void TableIIIGroups(const MakeCase& make, Groups& groups) {
     const Case c = make(row);
     Group g("Table III, row " + std::to_string(number), c);
     const char* printed = kPrinted[static_cast<std::size_t>(number - 1)];
-    g.Word("by the poles of (B.18), a4 = 0.2901", printed, Verdict(model::Poles(model::ThesisSystem(c.Coefficients()))));
+    g.Word("by the poles of (B.18), a4 = 0.2901", printed,
+           Verdict(model::Poles(model::ThesisSystem(c.Coefficients()))));
     g.Word("by the poles of (3.17) as in Appendix D, full a4", printed,
            Verdict(model::Poles(model::ThesisSystem(c.Coefficients({.full_a4 = true, .simulation = true})))));
     groups.push_back(g);
@@ -32,13 +33,15 @@ void RiseTime(const MakeCase& make, Groups& groups) {
     return model::FindStepFigures(model::ThesisSystem(c.Coefficients(options))).rise_s;
   };
   Group g("Section 3.5, Figure 6: rise time to 95 %", c);
-  const char* read = "read off the plot; a4 = 0.2901 gives 0.0434 s, the full derivative of Appendix D 0.0388 s";
+  const char* read =
+      "read off the plot; a4 = 0.2901 gives 0.0434 s, the full derivative of Appendix D 0.0388 s";
   g.Number("(B.18), a4 = 0.2901", "s", "0.041", rise_s({}), Reason{"0.0434", "13", read});
   g.Number("(3.17) as in Appendix D, full a4", "s", "0.041", rise_s({.full_a4 = true, .simulation = true}),
            Reason{"0.0388", "13", read});
   // Section 5.3 designs the stabilizer by this number.
   g.Number("the same, as section 5.3 quotes it", "s", "0.005", rise_s({}),
-           Reason{"0.0434", "new", "section 5.3's \"of the order of 0.005 sec\" is a decimal place off its own Figure 6"});
+           Reason{"0.0434", "new",
+                  "section 5.3's \"of the order of 0.005 sec\" is a decimal place off its own Figure 6"});
   groups.push_back(g);
 }
 

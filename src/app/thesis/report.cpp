@@ -25,7 +25,8 @@ const char* Word(Status status) {
 std::string Why(const Entry& e) {
   if (e.Judge() == Status::kAgrees) return e.note;
   if (!e.reason) return "no known reason";
-  const std::string source = e.reason->errata == "new" ? "not in the errata: " : "errata " + e.reason->errata + ": ";
+  const std::string source =
+      e.reason->errata == "new" ? "not in the errata: " : "errata " + e.reason->errata + ": ";
   if (e.Judge() == Status::kExplained) return source + e.reason->text + (e.note.empty() ? "" : "; " + e.note);
   return "should be " + e.reason->right + " (" + source + e.reason->text + ")";
 }
@@ -62,8 +63,9 @@ Summary Summarise(const Groups& groups) {
 }
 
 void PrintText(const Groups& groups, const std::vector<std::string>& base) {
-  std::printf("Every printed number and verdict of the source: printed, ours, deviation. Parameters, unless the\n"
-              "brackets under a heading say otherwise:\n");
+  std::printf(
+      "Every printed number and verdict of the source: printed, ours, deviation. Parameters, unless the\n"
+      "brackets under a heading say otherwise:\n");
   std::size_t column = 0;
   for (const std::string& parameter : base) {
     if (column > 0 && column + parameter.size() > 108) column = 0;
@@ -75,9 +77,10 @@ void PrintText(const Groups& groups, const std::vector<std::string>& base) {
     std::printf("\n%s\n  [%s]\n", g.where.c_str(), Joined(g.settings).c_str());
     for (const Entry& e : g.entries) {
       const std::string why = Why(e);
-      std::printf("  %s %s %s %s %s%s%s\n", Padded(e.quantity + (e.unit.empty() ? "" : " [" + e.unit + "]"), 46).c_str(),
-                  Padded(e.printed, e.IsWord() ? 32 : 12).c_str(), Padded(e.Ours(), 12).c_str(), Padded(e.Deviation(), 11).c_str(),
-                  Word(e.Judge()), why.empty() ? "" : "; ", why.c_str());
+      std::printf("  %s %s %s %s %s%s%s\n",
+                  Padded(e.quantity + (e.unit.empty() ? "" : " [" + e.unit + "]"), 46).c_str(),
+                  Padded(e.printed, e.IsWord() ? 32 : 12).c_str(), Padded(e.Ours(), 12).c_str(),
+                  Padded(e.Deviation(), 11).c_str(), Word(e.Judge()), why.empty() ? "" : "; ", why.c_str());
     }
   }
   std::printf("\n");
@@ -87,11 +90,14 @@ void PrintText(const Groups& groups, const std::vector<std::string>& base) {
 void PrintMarkdown(const Groups& groups, const std::vector<std::string>& base) {
   std::printf("Parameters of every row, unless its heading says otherwise: %s.\n", Joined(base).c_str());
   for (const Group& g : groups) {
-    std::printf("\n### %s\n\n`%s`\n\n| | unit | printed | ours | deviation | | reason |\n|---|---|---|---|---|---|---|\n",
-                g.where.c_str(), Joined(g.settings).c_str());
+    std::printf(
+        "\n### %s\n\n`%s`\n\n| | unit | printed | ours | deviation | | reason "
+        "|\n|---|---|---|---|---|---|---|\n",
+        g.where.c_str(), Joined(g.settings).c_str());
     for (const Entry& e : g.entries) {
-      std::printf("| %s | %s | %s | %s | %s | %s | %s |\n", e.quantity.c_str(), e.unit.c_str(), e.printed.c_str(),
-                  e.Ours().c_str(), e.Deviation().c_str(), Word(e.Judge()), Why(e).c_str());
+      std::printf("| %s | %s | %s | %s | %s | %s | %s |\n", e.quantity.c_str(), e.unit.c_str(),
+                  e.printed.c_str(), e.Ours().c_str(), e.Deviation().c_str(), Word(e.Judge()),
+                  Why(e).c_str());
     }
   }
   std::printf("\n");

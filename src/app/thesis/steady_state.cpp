@@ -8,7 +8,8 @@ namespace {
 
 constexpr const char* kPi = "the printed formula lacks pi, the number has it (not in the errata)";
 constexpr const char* kArea = "needs A2 = 2.348 in² (the listings' 2.34E); with 2.341 it is this";
-constexpr const char* kFlow = "belongs to P4 = 5.690 and Q4 = 48.9, where (A.3) gives 48.40 (with A2 = 2.348, too)";
+constexpr const char* kFlow =
+    "belongs to P4 = 5.690 and Q4 = 48.9, where (A.3) gives 48.40 (with A2 = 2.348, too)";
 
 void AppendixA(const MakeCase& make, Groups& groups) {
   using std::numbers::pi;
@@ -23,7 +24,8 @@ void AppendixA(const MakeCase& make, Groups& groups) {
   g.Number("alpha = delta x4 / 4.0 in", "", "0.32", x4_in / 4.0);
   g.Number("x1 at P1 = 35.0 psi", "in", "4.79", 35.0 * d.A1 / d.k1).note = kPi;
   g.Number("x3* = x1 - 0.32 * 6.0", "in", "2.87", 35.0 * d.A1 / d.k1 - 0.32 * 6.0);
-  const Reason measured{"", "new", "measured in the field, Figure 4; alpha = 0.32 and x3* = 2.90 are a fit to it"};
+  const Reason measured{"", "new",
+                        "measured in the field, Figure 4; alpha = 0.32 and x3* = 2.90 are a fit to it"};
   const auto fit = [&](const char* right) { return Reason{right, measured.errata, measured.text}; };
   g.Number("P1 at x3 = 2.0 in, Curve B", "psi", "25.7", RequireSteadyStateAt(d, 2.0).p1_psi, fit("25.576"));
   g.Number("P1 at x3 = 6.0 in, Curve B", "psi", "35.0", RequireSteadyStateAt(d, 6.0).p1_psi, fit("34.932"));
@@ -52,14 +54,16 @@ void AppendSteadyState(const MakeCase& make, Groups& groups) {
   g.Number("P3", "psi", "103.00", s.state.p3_psi);
   g.Number("P4", "psi", "5.690", s.state.p4_psi, Reason{"5.70702", "1", kArea});
   g.Number("P1 (Appendix H, PINT)", "psi", "30.26", s.p1_psi);
-  g.Number("Q4 (Appendix E, H: X0)", "in³/s", "48.9", s.outputs.q4_in3_s,
-           Reason{"48.4026", "11", "a start value of the iteration, not its result; x1 as printed has the same"});
+  g.Number(
+      "Q4 (Appendix E, H: X0)", "in³/s", "48.9", s.outputs.q4_in3_s,
+      Reason{"48.4026", "11", "a start value of the iteration, not its result; x1 as printed has the same"});
   groups.push_back(g);
 
   const Case steep = make({.alpha = 0.90, .x3_star_in = 2.10});
   Group listing("Appendix E, listing with alpha = 0.90, x3* = 2.10", steep);
   listing.Number("P1 at x3 = 4.0 in (PINT)", "psi", "41.57", steep.rest.p1_psi,
-                 Reason{"41.3687", "new", "does not belong to the alpha and x3* listed with it, or a digit of the scan"});
+                 Reason{"41.3687", "new",
+                        "does not belong to the alpha and x3* listed with it, or a digit of the scan"});
   groups.push_back(listing);
 
   const model::Derived& d = c.derived;
@@ -67,9 +71,11 @@ void AppendSteadyState(const MakeCase& make, Groups& groups) {
   step.Number("x1", "in", "4.141674", s.outputs.x1_in, Reason{"4.142101", "new", kFlow});
   step.Number("x2", "in", "4.179339", s.outputs.x2_in,
               Reason{"4.1793402", "new", "one unit of the last of seven digits: single precision"});
-  step.Number("delta P1 that closes orifice 5, printed x1, x2", "psi", "0.275", d.k1 / d.A1 * (4.179339 - 4.141674))
+  step.Number("delta P1 that closes orifice 5, printed x1, x2", "psi", "0.275",
+              d.k1 / d.A1 * (4.179339 - 4.141674))
       .note = kPi;
-  step.Number("delta P1 that closes orifice 5, exact x1, x2", "psi", "0.275", d.k1 / d.A1 * (s.outputs.x2_in - s.outputs.x1_in),
+  step.Number("delta P1 that closes orifice 5, exact x1, x2", "psi", "0.275",
+              d.k1 / d.A1 * (s.outputs.x2_in - s.outputs.x1_in),
               Reason{"0.272079", "new", "difference of x1 and x2, of which x1 deviates"});
   const double k_s = d.A3 * d.A3 * c.model.servo.bulk_modulus_psi / 344.0;
   const double omega_n = std::sqrt((k_s - 3450.0) / d.M);

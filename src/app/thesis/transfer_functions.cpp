@@ -13,8 +13,10 @@ struct Printed {
 
 constexpr const char* kFromB = "follows from the printed B1 to B6: P4 = 5.690, a3 rounded to 1300";
 constexpr const char* kArithmetic = "the thesis' arithmetic, in the last digit";
-constexpr const char* kNoSecondTerm = "the row of s^1 repeats a3: c1 = a3 - a1 b2 / b1, its second term is left out";
-constexpr const char* kOtherRc = "does not follow from the stated R and C; (G.15) gives this, with the same verdict";
+constexpr const char* kNoSecondTerm =
+    "the row of s^1 repeats a3: c1 = a3 - a1 b2 / b1, its second term is left out";
+constexpr const char* kOtherRc =
+    "does not follow from the stated R and C; (G.15) gives this, with the same verdict";
 
 std::optional<Reason> ReasonOf(const Printed& p) {
   if (*p.right == 0) return std::nullopt;
@@ -42,7 +44,8 @@ void Rows(Group& g, std::initializer_list<RouthRow> printed, const model::RouthA
   for (const RouthRow& p : printed) {
     const std::string power = "Routh s^" + std::to_string(static_cast<std::size_t>(ours.row_count) - 1 - row);
     g.Number(power + ", first", "", p.first.text, ours.rows[row][0], ReasonOf(p.first));
-    if (*p.second.text != 0) g.Number(power + ", second", "", p.second.text, ours.rows[row][1], ReasonOf(p.second));
+    if (*p.second.text != 0)
+      g.Number(power + ", second", "", p.second.text, ours.rows[row][1], ReasonOf(p.second));
     ++row;
   }
 }
@@ -76,12 +79,16 @@ void Uncompensated(const MakeCase& make, Groups& groups) {
   Numbers(g, "K", "", {Good("4.662e6")}, t.numerator);
   Numbers(g, "a", "",
           {{"155.0e-6", "155.847e-6", "14", "printed 155.0 in (3.18) and 155.9 in (B.19)"},
-           Near("142.9e-3", "142.393e-3"), Good("191.4"), Near("176.1e3", "175.624e3"), Near("10.89e6", "10.8817e6")},
+           Near("142.9e-3", "142.393e-3"),
+           Good("191.4"),
+           Near("176.1e3", "175.624e3"),
+           Near("10.89e6", "10.8817e6")},
           t.denominator);
   g.Number("a0 (B.19)", "", "155.9e-6", t.denominator[0], Reason{"155.847e-6", "14", "155.85"});
   g.Number("a2 (B.19)", "", "191.44", t.denominator[2], Reason{"191.412", "1", kFromB});
   Rows(g,
-       {{{"-680.3e-3", "-805.375e-3", "new", "difference of 191.4 and 192.2: decided by the third digit of a0 to a3"},
+       {{{"-680.3e-3", "-805.375e-3", "new",
+          "difference of 191.4 and 192.2: decided by the third digit of a0 to a3"},
          Near("10.89e6", "10.8817e6")},
         {{"176.1e3", "2.09955e6", "new", kNoSecondTerm}, None()},
         {Near("10.89e6", "10.8817e6"), None()}},
@@ -97,8 +104,11 @@ void Uncompensated(const MakeCase& make, Groups& groups) {
   Group f("(3.19): beta = 230,000 psi, a4 = 0.2901", high);
   Numbers(f, "K", "", {Good("4.662e6")}, h.numerator);
   Numbers(f, "a", "",
-          {Near("74.56e-6", "74.5355e-6"), Near("73.38e-3", "73.1496e-3"), Near("191.44", "191.580"),
-           {"176.1", "175.767e3", "14", "the factor 10³ is missing"}, Near("10.89e6", "10.8817e6")},
+          {Near("74.56e-6", "74.5355e-6"),
+           Near("73.38e-3", "73.1496e-3"),
+           Near("191.44", "191.580"),
+           {"176.1", "175.767e3", "14", "the factor 10³ is missing"},
+           Near("10.89e6", "10.8817e6")},
           h.denominator);
   Rows(f,
        {{Near("12.50", "12.4832"), Near("10.89e6", "10.8817e6")},
@@ -132,7 +142,8 @@ void Append(const MakeCase& make, const Stabilizer& stabilizer, const Compensate
   g.Number("tau_p in the numerator", "s", p.numerator.begin()->text, t.numerator[0] / t.numerator[1],
            ReasonOf(*p.numerator.begin()));
   g.Number("K", "", "4.662e6", t.numerator[1]).note =
-      "C3 of (G.15) as printed lacks the factor alpha of (a1 + a2) B7 (not in the errata); the printed numbers have it";
+      "C3 of (G.15) as printed lacks the factor alpha of (a1 + a2) B7 (not in the errata); the printed "
+      "numbers have it";
   Numbers(g, "a", "", p.denominator, t.denominator);
   Rows(g, p.rows, model::Routh(t.denominator));
   groups.push_back(g);
@@ -147,8 +158,8 @@ void AppendTransferFunctions(const MakeCase& make, Groups& groups) {
   Append(make, TableV()[0],
          {"Section 5.4, R = 35.85, C = 0.139",
           {Near("4.98", "4.97287")},
-          {Near("772e-6", "775.008e-6"), Near("714e-3", "0.715171"), Near("954", "957.898"), Near("872e3", "873533"),
-           Good("54e6"), a5},
+          {Near("772e-6", "775.008e-6"), Near("714e-3", "0.715171"), Near("954", "957.898"),
+           Near("872e3", "873533"), Good("54e6"), a5},
           {{Near("11.2", "11.278"), Near("54.0e6", "5.42652e7")},
            {Near("-2.57e6", "-2.56758e6"), a5},
            {Good("54e6"), None()},

@@ -21,8 +21,8 @@ import numpy as np
 import scipy
 
 import scenarios as d
-from full_servomotor import (HERE, OILS, P_ATM_PSI, PSI_PA, FullServomotor, Settings, oil_properties, parameters,
-                             simulate)
+from full_servomotor import HERE, OILS, P_ATM_PSI, PSI_PA, FullServomotor, oil_properties, parameters
+from solver import Settings, simulate
 
 GOLDEN = HERE / "cases.json"
 COLUMNS = ("x3_in", "v3_in_s", "p3_psi", "p4_psi", "p8_psi", "p2_psi")
@@ -248,7 +248,7 @@ def rk4(case, step_s):
     rows = ({0: steady["P1"] + case["p1"]["delta_psi"]} if case["p1"]["kind"] == "step"
             else dict(d.p1_rows(case["p1"], case["duration_s"])))
     wanted = set(d.sample_ticks(case["duration_s"]))
-    y, motion, out = steady["y"].copy(), servo.start_motion(case["start_x3_in"]), []
+    y, motion, out, x1 = steady["y"].copy(), servo.start_motion(case["start_x3_in"]), [], None
     for n in range(round(case["duration_s"] / d.TICK_S) + 1):
         if n in wanted:
             out.append(servo.decode(y))

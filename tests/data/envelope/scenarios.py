@@ -99,7 +99,7 @@ SCENARIOS = [
              duration_s=0.6),
     scenario("upper-stop-start", "starts at the upper stop, leaves it, returns", 8.0, table((0, 38), (0.25, 41), (0.4, 39)),
              duration_s=0.7),
-    scenario("hold-stroke", "load held beyond its table, both ends", 0.5, table((0, 44), (0.3, 12)), HOLD, duration_s=1.6),
+    scenario("hold-stroke", "load held beyond its table, both ends", 0.5, table((0, 44), (0.3, 12)), HOLD, duration_s=1.8),
     scenario("short-stroke", "stroke 5 in, travel and ports smaller", 2.0, table((0, 50), (0.3, 0)),
              {"servo.stroke_in": 5.0, "servo.relay_plunger_travel_in": 0.06, "servo.metering_port_height_in": 0.04,
               "servo.relay_port_height_in": 0.1, "servo.relay_piston_stroke_in": 4.6}, duration_s=1.2),
