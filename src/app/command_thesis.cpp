@@ -35,7 +35,6 @@ int Thesis(const Options& options) {
   print(groups, base);
   if (!options.plots.empty()) {
     thesis::WriteFigures(make, options.plots);
-    std::fflush(stdout);
     thesis::DrawFigures(options.plots);
   }
   return thesis::Summarise(groups).unexplained == 0 ? kExitOk : kExitNotValid;

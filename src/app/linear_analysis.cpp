@@ -1,20 +1,15 @@
 #include "linear_analysis.hpp"
 
+#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "commands.hpp"
+#include "formatted.hpp"
 
 namespace servohil::app {
 namespace {
 
 constexpr std::array kStateNames = {"x3_in", "v3_in_s", "p3_psi", "p4_psi", "p8_psi"};
-
-std::string Text(const char* format, double a, double b) {
-  std::array<char, 200> text{};
-  std::snprintf(text.data(), text.size(), format, a, b);
-  return text.data();
-}
 
 model::SteadyState Rest(const model::Derived& derived, const LinearOptions& options) {
   return options.x3_in ? RequireSteadyStateAt(derived, *options.x3_in)
@@ -37,15 +32,16 @@ void NoteThesisConstants(const model::Derived& d, const LinearOptions& options, 
   const double v3_in3 = d.V3_at_zero + d.A3 * x3_in;
   const double k3_lbf_in = d.A3 * d.load.SlopeAt(x3_in);
   point.notes.push_back(
-      Text("V3 = %g in3 and k3 = %g lbf/in as given (--v3, --k3; default: the thesis', for x3 = 4.0 in); ",
-           options.thesis.v3_in3, options.thesis.k3_lbf_in) +
-      Text("the configuration has %g in3 and %g lbf/in at this point", v3_in3, k3_lbf_in));
+      Formatted(
+          "V3 = %g in3 and k3 = %g lbf/in as given (--v3, --k3; default: the thesis', for x3 = 4.0 in); ",
+          options.thesis.v3_in3, options.thesis.k3_lbf_in) +
+      Formatted("the configuration has %g in3 and %g lbf/in at this point", v3_in3, k3_lbf_in));
   const double opening_in = std::fabs(point.rest.outputs.x2_in - point.rest.outputs.x4_in);
   if (opening_in > d.U) {
     point.notes.push_back(
-        Text("the plunger stands %g in off its bushing, beyond the underlap of %g in: the thesis' "
-             "linear orifices (3.5), (3.6) do not hold here",
-             opening_in, d.U));
+        Formatted("the plunger stands %g in off its bushing, beyond the underlap of %g in: the thesis' "
+                  "linear orifices (3.5), (3.6) do not hold here",
+                  opening_in, d.U));
   }
 }
 
@@ -74,9 +70,9 @@ LinearPoint LinearPointOf(const model::Parameters& parameters, const LinearOptio
   }
   if (parameters.friction.coulomb_psi > 0.0) {
     point.notes.push_back(
-        Text("friction.coulomb_psi = %g psi is left out: this is the sliding, frictionless piston. A "
-             "stuck one does not move at all until P3 has changed by %g psi",
-             parameters.friction.coulomb_psi, parameters.friction.coulomb_psi));
+        Formatted("friction.coulomb_psi = %g psi is left out: this is the sliding, frictionless piston. A "
+                  "stuck one does not move at all until P3 has changed by %g psi",
+                  parameters.friction.coulomb_psi, parameters.friction.coulomb_psi));
   }
   return point;
 }

@@ -1,7 +1,8 @@
 #include <charconv>
-#include <cstdio>
-#include <memory>
+#include <fstream>
+#include <iostream>
 
+#include "formatted.hpp"
 #include "linear_analysis.hpp"
 #include "servohil/error.hpp"
 
@@ -44,9 +45,7 @@ Axis ParseAxis(const std::string& text) {
 }
 
 std::string Setting(const std::string& key, double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.17g", value);
-  return key + "=" + text.data();
+  return key + "=" + Formatted("%.17g", value);
 }
 
 }  // namespace
@@ -66,28 +65,26 @@ void WriteMap(const std::filesystem::path& configuration, const std::vector<std:
   for (const double a : {first.low, first.high})
     for (const double b : {second.low, second.high}) load(a, b);
 
-  const auto close = [](std::FILE* file) { return file == stdout ? std::fflush(file) : std::fclose(file); };
-  std::unique_ptr<std::FILE, decltype(close)> file(output == "-" ? stdout : std::fopen(output.c_str(), "w"),
-                                                   close);
-  if (!file) throw EnvironmentError(output + ": cannot be written");
-  std::fprintf(file.get(), "%s,%s,largest_real_1_s,damping,frequency_rad_s,status\n", first.key.c_str(),
-               second.key.c_str());
+  std::ofstream file;
+  if (output != "-") file.open(output);
+  std::ostream& out = output == "-" ? std::cout : file;
+  if (!out) throw EnvironmentError(output + ": cannot be written");
+  out << first.key << ',' << second.key << ",largest_real_1_s,damping,frequency_rad_s,status\n";
   for (int i = 0; i < first.count; ++i) {
     for (int j = 0; j < second.count; ++j) {
-      std::fprintf(file.get(), "%.9g,%.9g,", first.At(i), second.At(j));
+      out << Formatted("%.9g,%.9g,", first.At(i), second.At(j));
       try {
         const LinearPoint point = LinearPointOf(load(first.At(i), second.At(j)), options);
         const model::PoleList poles = model::Poles(point.system);
         const model::Pole& least = poles.LeastDamped();
-        std::fprintf(file.get(), "%.9g,%.9g,%.9g,%s\n", poles.LargestRealPart(), least.Damping(),
-                     least.FrequencyRadS(), poles.LargestRealPart() < 0.0 ? "stable" : "unstable");
+        out << Formatted("%.9g,%.9g,%.9g,", poles.LargestRealPart(), least.Damping(), least.FrequencyRadS())
+            << (poles.LargestRealPart() < 0.0 ? "stable\n" : "unstable\n");
       } catch (const UsageError&) {  // no steady state with these parameters
-        std::fputs(",,,no steady state\n", file.get());
+        out << ",,,no steady state\n";
       }
     }
   }
-  const bool failed = std::ferror(file.get()) != 0;
-  if (close(file.release()) != 0 || failed) throw EnvironmentError(output + ": writing failed (disk full?)");
+  if (!out.flush()) throw EnvironmentError(output + ": writing failed (disk full?)");
 }
 
 }  // namespace servohil::app

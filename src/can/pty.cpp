@@ -64,15 +64,18 @@ std::size_t Pty::Write(std::string_view text) const noexcept {
 std::string Pty::TakeBackUnread() const {
   const FileDescriptor slave = OpenSlave();
   if (!slave) return {};
-  // Polling waits until the kernel has moved what it can from the queue into the line buffer. Then the queue
-  // goes, and the line buffer is read in one piece, from where the client's next read would have begun.
-  pollfd entry{slave.Get(), POLLIN, 0};
-  ::poll(&entry, 1, 0);
-  ::tcflush(master_.Get(), TCOFLUSH);
+  // A read that finds the line buffer empty first waits until the kernel has moved what it can from the queue
+  // behind it: nothing to read means nothing there.
+  constexpr int kMostReads = 64;  // of 4095 bytes; a terminal holds at most 17 of them
+  std::string unread;
   std::array<char, 4096> buffer{};
-  const ssize_t size = ::read(slave.Get(), buffer.data(), buffer.size());
-  ::tcflush(slave.Get(), TCIFLUSH);  // where a client has turned on line editing, the read returns little
-  return {buffer.data(), size > 0 ? static_cast<std::size_t>(size) : 0};
+  for (int i = 0; i < kMostReads; ++i) {
+    const ssize_t size = ::read(slave.Get(), buffer.data(), buffer.size());
+    if (size <= 0) break;
+    unread.append(buffer.data(), static_cast<std::size_t>(size));
+  }
+  ::tcflush(slave.Get(), TCIFLUSH);  // where a client has turned on line editing, reading returns little
+  return unread;
 }
 
 void Pty::WaitUntilRead(int timeout_ms) const noexcept {

@@ -27,9 +27,8 @@ class Pty {
   /// Never blocks. @return bytes that fitted in
   std::size_t Write(std::string_view text) const noexcept;
 
-  /// Takes back what the slave side has not read. @return the first part of it, up to the size of the
-  /// terminal's line buffer (4095 bytes): enough for the longest line; empty when there is none or it cannot
-  /// be taken
+  /// Takes back what the slave side has not read; empty when there is nothing. Not to be used while it reads:
+  /// what it reads meanwhile is missing in the middle.
   std::string TakeBackUnread() const;
   /// Waits until the slave side has read everything, or this long.
   void WaitUntilRead(int timeout_ms) const noexcept;

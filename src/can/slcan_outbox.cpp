@@ -58,14 +58,14 @@ void Outbox::Remember(std::string_view line) {
 }
 
 std::optional<std::size_t> Outbox::Find(std::string_view unread) const {
-  // A piece of a line could be in many places.
-  if (unread.find_first_of("\r\a") == std::string_view::npos) return std::nullopt;
-  const std::size_t at = history_.find(unread);
-  return at == std::string::npos ? std::nullopt : std::optional(at);
+  const std::string_view written(history_.data(), history_.size() - pending_.size());
+  if (unread.empty() || unread.size() > written.size()) return std::nullopt;
+  const std::size_t at = written.size() - unread.size();
+  return written.substr(at) == unread ? std::optional(at) : std::nullopt;
 }
 
 bool Outbox::TryWrite(std::string_view line) {
-  pending_.erase(0, pty_.Write(pending_));
+  if (!pending_.empty()) pending_.erase(0, pty_.Write(pending_));
   if (!pending_.empty()) return false;
   const std::size_t fitted = pty_.Write(line);
   if (fitted == 0) return false;
@@ -79,7 +79,6 @@ std::uint64_t Outbox::DropFrom(std::size_t at) {
   const std::uint64_t lost = CountFrames(history_, at);
   history_ = begun.read + begun.rest;
   pending_ = begun.rest;
-  pending_.erase(0, pty_.Write(pending_));
   return lost;
 }
 
@@ -91,19 +90,18 @@ Outbox::Outcome Outbox::Write(std::string_view line, TimePoint now) {
   if (!full_since_) full_since_ = now;
   if (now - *full_since_ < kStalled) return {false, 0};
   full_since_.reset();
-  const std::optional<std::size_t> at = Find(pty_.TakeBackUnread());
-  if (!at) {  // ends whatever line the client has begun; "?" stands for that
-    history_ = {'?', '\r'};
-    pending_ = '\r';
-    return {TryWrite(line), 0};
-  }
-  const std::uint64_t lost = DropFrom(*at);
+  const std::uint64_t lost = TakeBack();
   return {TryWrite(line), lost};
 }
 
 std::uint64_t Outbox::TakeBack() {
-  const std::optional<std::size_t> at = Find(pty_.TakeBackUnread());
-  return at ? DropFrom(*at) : 0;
+  const std::string unread = pty_.TakeBackUnread();
+  if (const std::optional<std::size_t> at = Find(unread)) return DropFrom(*at);
+  if (!unread.empty() || !pending_.empty()) {  // ends whatever line the client has begun; "?" stands for that
+    history_ = {'?', '\r'};
+    pending_ = '\r';
+  }
+  return 0;
 }
 
 void Outbox::Reset() {

@@ -16,7 +16,7 @@ namespace servohil::can::slcan {
 ///   - once nothing has fitted in for kStalled, the client has stopped reading: what it has not read is taken
 ///   back,
 ///     so that it finds fresh lines when it goes on. The rest of a line that it is in the middle of stays.
-/// To know where it is, what was taken back is looked for in a copy of what was written.
+/// Where the client is follows from how much was taken back, and from a copy of what was written.
 class Outbox {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;

@@ -27,7 +27,10 @@ OnAxis Split(const Polynomial& p) noexcept {
   return parts;
 }
 
-const Polynomial kSquare{1.0, 0.0};  // the frequency's square itself
+/// s, or the frequency's square: times it.
+Polynomial Raised(const Polynomial& p) noexcept {
+  return Polynomial{1.0, 0.0} * p;
+}
 
 /// Positive real roots, as frequencies: roots in w² that are real but for rounding. Rising.
 template <typename Each>
@@ -44,7 +47,7 @@ TransferFunction PositionLoop(const LinearSystem& closed, const LinearSystem& bu
   const LinearMatrix difference = closed.A - bushing_held.A;
   const TransferFunction by_x4 = ToTransferFunction({bushing_held.A, difference.col(0)});
   const TransferFunction by_v4 = ToTransferFunction({bushing_held.A, difference.col(1)});
-  return {Trimmed(-1.0 * (by_x4.numerator + kSquare * by_v4.numerator)), by_x4.denominator};
+  return {Trimmed(-1.0 * (by_x4.numerator + Raised(by_v4.numerator))), by_x4.denominator};
 }
 
 double Margins::Upper() const noexcept {
@@ -86,7 +89,7 @@ Margins FindMargins(const TransferFunction& loop) noexcept {
             [](const GainLimit& a, const GainLimit& b) { return a.factor < b.factor; });
 
   // |N|² = |D|²
-  const auto square = [](const OnAxis& p) { return p.even * p.even + kSquare * p.odd * p.odd; };
+  const auto square = [](const OnAxis& p) { return p.even * p.even + Raised(p.odd * p.odd); };
   ForEachFrequency(square(n) + -1.0 * square(d), [&](double w) {
     const double margin_deg = std::remainder(180.0 + std::arg(at(w)) * 180.0 / std::numbers::pi, 360.0);
     margins.phase_crossings[static_cast<std::size_t>(margins.phase_crossing_count++)] = {margin_deg, w};

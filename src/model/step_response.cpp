@@ -1,7 +1,8 @@
 #include "servohil/model/step_response.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
+
+#include "servohil/model/transfer_function.hpp"
 
 namespace servohil::model {
 namespace {
@@ -47,7 +48,8 @@ StepFigures FindStepFigures(const LinearSystem& system) noexcept {
   const double end_s = 10.0 / slowest;  // e^-10 = 5e-5
   const double interval_s = std::max(0.02 / fastest, end_s / kSamples);
 
-  figures.final_in_psi = -system.A.partialPivLu().solve(system.B)[0];
+  const TransferFunction t = ToTransferFunction(system);
+  figures.final_in_psi = t.numerator[t.numerator.degree] / t.denominator[t.denominator.degree];
   StepResponse response(system, interval_s);
   double before = 0.0;  // x3 over its final value
   double largest = 0.0;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+// NOLINTBEGIN(readability-identifier-naming): the symbols of the thesis
+
 namespace servohil::model {
 
 ThesisCoefficients ThesisCoefficientsAt(const Parameters& p, const Derived& d, const SteadyState& point,
@@ -48,16 +50,14 @@ ThesisCoefficients ThesisCoefficientsAt(const Parameters& p, const Derived& d, c
 }
 
 TransferFunction ThesisTransferFunction(const ThesisCoefficients& c) noexcept {
-  const double K = c.a3 * c.A1 / c.k1 * (c.a1 + c.a2);  // NOLINT(readability-identifier-naming)
-  const double C5 = c.B1 * c.alpha * (c.a1 + c.a2);     // NOLINT(readability-identifier-naming)
+  const double K = c.a3 * c.A1 / c.k1 * (c.a1 + c.a2);
+  const double C5 = c.B1 * c.alpha * (c.a1 + c.a2);
   if (!c.stabilizer) {
     return {{K},
             {c.A2 * c.B3 * c.M, c.B3 * c.B4 * c.M + c.A2 * c.B2 * c.M / c.A3,
              c.B2 * c.B4 * c.M / c.A3 + c.A2 * c.B5, c.B4 * c.B5 + c.A2 * c.B6, c.B4 * c.B6 - C5}};
   }
-  // NOLINTNEXTLINE(readability-identifier-naming)
   const double C2 = c.B2 * c.M / c.A3 + c.A3 * c.B7 + c.B3 * c.k3 * c.B7;
-  // NOLINTNEXTLINE(readability-identifier-naming)
   const double C3 = c.k3 * c.B8 / c.A3 + (c.a1 + c.a2) * c.alpha * c.B7 + c.A3;
   return {{K * c.B7, K},
           {c.A2 * c.B3 * c.B7 * c.M, c.B3 * c.B7 * c.B4 * c.M + c.A2 * c.B8 * c.M / c.A3,
@@ -89,3 +89,5 @@ LinearSystem ThesisSystem(const ThesisCoefficients& c) noexcept {
 }
 
 }  // namespace servohil::model
+
+// NOLINTEND(readability-identifier-naming)

@@ -20,6 +20,7 @@ struct ThesisLinearOptions {
 };
 
 /// Symbols of Appendix B and G; units in, lbf, s, psi.
+// NOLINTBEGIN(readability-identifier-naming)
 struct ThesisCoefficients {
   double k3, v3_over_beta, M, alpha, A1, A2, A3, k1, k2, c3, C, V4_over_beta;
   double a1, a2, a3;  ///< flow over opening [in²/s], (3.4) to (3.6)
@@ -31,6 +32,7 @@ struct ThesisCoefficients {
   double C8;      ///< V_a / (k P8) [in⁵/lbf]
   double B7, B8;  ///< B7 = tau_p = R C8 [s]
 };
+// NOLINTEND(readability-identifier-naming)
 
 /// @pre point is a steady state of d = Derived(p)
 ThesisCoefficients ThesisCoefficientsAt(const Parameters& p, const Derived& d, const SteadyState& point,

@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <string_view>
 #include <type_traits>
+
+#include "../formatted.hpp"
 
 namespace servohil::app::thesis {
 namespace {
 
 std::string Text(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.15g", value);
-  return text.data();
+  return Formatted("%.15g", value);
 }
 
 std::vector<std::string> Settings(const Row& row) {

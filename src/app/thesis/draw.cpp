@@ -2,7 +2,8 @@
 #include <unistd.h>
 
 #include <array>
-#include <cstring>
+#include <cerrno>
+#include <system_error>
 
 #include "figures.hpp"
 #include "servohil/error.hpp"
@@ -27,7 +28,9 @@ void DrawFigures(const std::filesystem::path& folder) {
   const std::string where = folder.string();
   const char* const python = "/usr/bin/python3";  // Debian's: another may lack matplotlib
   const pid_t child = fork();
-  if (child < 0) throw EnvironmentError(std::string("cannot start ") + python + ": " + std::strerror(errno));
+  if (child < 0)
+    throw EnvironmentError(std::string("cannot start ") + python + ": " +
+                           std::generic_category().message(errno));
   if (child == 0) {
     execl(python, python, tool.c_str(), where.c_str(), static_cast<char*>(nullptr));
     _exit(127);

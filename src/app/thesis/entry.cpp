@@ -1,9 +1,9 @@
 #include "entry.hpp"
 
-#include <array>
 #include <cctype>
 #include <cmath>
-#include <cstdio>
+
+#include "../formatted.hpp"
 
 namespace servohil::app::thesis {
 namespace {
@@ -44,17 +44,13 @@ Status Entry::Judge() const {
 
 std::string Entry::Ours() const {
   if (IsWord()) return ours_word;
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", ours);
-  return text.data();
+  return Formatted("%.6g", ours);
 }
 
 std::string Entry::Deviation() const {
   if (IsWord()) return "";
   const double value = std::stod(printed);
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%+.2f %%", 100.0 * (ours - value) / std::fabs(value));
-  return text.data();
+  return Formatted("%+.2f %%", 100.0 * (ours - value) / std::fabs(value));
 }
 
 }  // namespace servohil::app::thesis

@@ -1,11 +1,11 @@
 #include "figures.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "../formatted.hpp"
 #include "servohil/error.hpp"
 #include "servohil/model/step_response.hpp"
 
@@ -82,11 +82,9 @@ class Folder {
     std::ofstream out(file);
     for (std::size_t i = 0; i < columns.size(); ++i) out << (i > 0 ? "," : "") << columns[i];
     out << '\n';
-    std::array<char, 32> text{};
     for (std::size_t row = 0; row < values.front()->size(); ++row) {
       for (std::size_t i = 0; i < values.size(); ++i) {
-        std::snprintf(text.data(), text.size(), "%s%.10g", i > 0 ? "," : "", (*values[i])[row]);
-        out << text.data();
+        out << Formatted("%s%.10g", i > 0 ? "," : "", (*values[i])[row]);
       }
       out << '\n';
     }
@@ -144,11 +142,8 @@ std::string Caption(const Shown& shown, const char* study, const std::string& wh
 }
 
 std::string Describe(const Row& row) {
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(),
-                "U = %g in, c_r1 = c_r2 = %g in, beta = %g psi, alpha = %g, F_CF = %g psi", row.underlap_in,
-                row.clearance_in, row.bulk_modulus_psi, row.alpha, row.coulomb_psi);
-  return text.data();
+  return Formatted("U = %g in, c_r1 = c_r2 = %g in, beta = %g psi, alpha = %g, F_CF = %g psi",
+                   row.underlap_in, row.clearance_in, row.bulk_modulus_psi, row.alpha, row.coulomb_psi);
 }
 
 void LoadAndCam(const MakeCase& make, Folder& folder) {
@@ -214,18 +209,16 @@ void WriteFigures(const MakeCase& make, const std::filesystem::path& path) {
     const Case c = make(row);
     const Response r = Nonlinear(c, kWindowS);
     constexpr std::array kTau = {"5.0", "0.90", "0.39", "0.05 (R C = 0.115, errata 17)", "0.023"};
-    std::array<char, 200> what{};
-    std::snprintf(what.data(), what.size(), "tau_p = %s s: d7 = %g in, L7 = %g in, V_a = %g in3", kTau.at(i),
-                  row.stabilizer->d7_in, row.stabilizer->l7_in, row.stabilizer->va_in3);
+    const std::string what = Formatted("tau_p = %s s: d7 = %g in, L7 = %g in, V_a = %g in3", kTau.at(i),
+                                       row.stabilizer->d7_in, row.stabilizer->l7_in, row.stabilizer->va_in3);
     const int number = 33 + 2 * static_cast<int>(i);
     const bool misprint = number == 35 || number == 37;
     const std::string remark = misprint ? kNoDot + std::to_string(number + 1) : "";
-    folder.AddResponse(
-        Name(number),
-        Caption({number, 0, remark.c_str()}, "Nonlinear Study of Compensated System.", what.data()), r, 0,
-        c.settings);
+    folder.AddResponse(Name(number),
+                       Caption({number, 0, remark.c_str()}, "Nonlinear Study of Compensated System.", what),
+                       r, 0, c.settings);
     folder.AddResponse(Name(number + 1),
-                       Caption({number + 1, 1}, "Nonlinear Study of Compensated System.", what.data()), r, 1,
+                       Caption({number + 1, 1}, "Nonlinear Study of Compensated System.", what), r, 1,
                        c.settings);
   }
   folder.Finish();

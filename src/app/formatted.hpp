@@ -1,0 +1,19 @@
+#pragma once
+/// printf's number formats as a std::string; <format> is missing in g++ 12.
+
+#include <array>
+#include <cstdio>
+#include <string>
+
+namespace servohil::app {
+
+/// At most 255 characters; the rest is cut off. @param format for exactly these arguments
+template <typename... Values>
+std::string Formatted(const char* format, Values... values) {
+  std::array<char, 256> text{};
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-vararg): its length is bounded, and cut is as good as any
+  static_cast<void>(std::snprintf(text.data(), text.size(), format, values...));
+  return text.data();
+}
+
+}  // namespace servohil::app
