@@ -5,6 +5,13 @@
 
 namespace servohil::model {
 
+/// Effective opening of a port with radial clearance: sqrt(x² + c²) for x > 0, c otherwise, (2.4) to (2.6), and no
+/// more than at the port's height h. [in]
+inline double EffectiveOpening(double x, double c, double h) noexcept {
+  const double open = x <= 0.0 ? 0.0 : x >= h ? h : x;  // in this order a NaN is not swallowed
+  return std::sqrt(open * open + c * c);
+}
+
 /// Flow through a sharp-edged orifice, thesis (2.4) to (2.6):
 ///   Q = sgn(dP) k sqrt(x² + c²) sqrt|dP|   for x > 0,   sgn(dP) k c sqrt|dP|   otherwise
 ///   Q [in³/s]   dP [psi]   x opening [in]   c radial clearance [in]   k = c_d pi d sqrt(2/rho)
@@ -12,6 +19,14 @@ namespace servohil::model {
 inline double OrificeFlow(double dP, double x, double c, double k) noexcept {
   const double opening_squared = x <= 0.0 ? c * c : x * x + c * c;  // in this order a NaN is not swallowed
   return std::copysign(k * std::sqrt(opening_squared * std::fabs(dP)), dP);
+}
+
+/// The same with laminar flow at small pressure differences, as a conductance G = Q/dP [in³/(s psi)]:
+///   Q = k a dP / (dP² + p_t²)^¼,   a effective opening [in], p_t > 0 transition pressure [psi]
+/// Continuous with its slope everywhere; k a dP / sqrt(p_t) around 0; below (2.4) to (2.6) by less than 0.1 % from
+/// |dP| = 15.8 p_t on; 0 < dQ/ddP <= G. The transition of Simscape Fluids' orifices; physics: Merritt (1967), 3.4.
+inline double OrificeConductance(double dP, double a, double k, double p_t) noexcept {
+  return k * a / std::sqrt(std::sqrt(dP * dP + p_t * p_t));
 }
 
 /// Flow through the capillary in the relay plunger, laminar with entrance loss, thesis (2.3):
