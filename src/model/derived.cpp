@@ -21,11 +21,11 @@ LoadCurve Beyond(const LoadCurve& curve, LoadBeyond beyond, bool full) noexcept 
 }  // namespace
 
 Derived::Derived(const Parameters& p) noexcept
-    : full(p.physics == Physics::kFull), bulk_modulus(p.oil, p.servo.bulk_modulus_psi), cam(p.cam) {
+    : full(p.physics == Physics::kFull), oil(p.oil, p.servo.bulk_modulus_psi), cam(p.cam) {
   const ServoParameters& s = p.servo;
-  const Oil oil = full ? OilAt(p.oil) : Oil{p.oil.density_lbf_s2_in4, p.oil.viscosity_lbf_s_in2};
-  const double rho = oil.density_lbf_s2_in4;
-  const double mu = oil.viscosity_lbf_s_in2;
+  const Oil fluid = full ? OilAt(p.oil) : Oil{p.oil.density_lbf_s2_in4, p.oil.viscosity_lbf_s_in2};
+  const double rho = fluid.density_lbf_s2_in4;
+  const double mu = fluid.viscosity_lbf_s_in2;
 
   A1 = pi / 4.0 *
        (s.relay_piston_diameter_in * s.relay_piston_diameter_in -

@@ -3,12 +3,6 @@
 namespace servohil::model {
 namespace {
 
-/// Gas that no oil is without, per liquid at atmospheric pressure: what a cavity opens from. Its effect on K is
-/// below 0.1 % from 3 psi gauge on (nominal oil).
-constexpr double kNuclei = 1.0e-6;
-/// Where a stage of the integrator looks below vapour pressure, K is that of this distance above it.
-constexpr double kSmallestGapPsi = 1.0e-6;
-
 struct OilData {
   double nu40_cst;
   double nu100_cst;
@@ -22,29 +16,25 @@ OilData DataOf(OilName name) noexcept {
 
 }  // namespace
 
-BulkModulus::BulkModulus(const OilParameters& oil, double liquid_modulus_psi) noexcept
+OilModulus::OilModulus(const OilParameters& oil, double liquid_modulus_psi) noexcept
     : inverse_liquid_(1.0 / liquid_modulus_psi),
       air_(oil.air_fraction),
       inverse_index_(1.0 / oil.air_polytropic_index),
-      isothermal_(oil.air_polytropic_index == 1.0),
+      only_nuclei_(oil.air_fraction == 0.0 && oil.air_polytropic_index == 1.0),
       vapour_psi_(oil.vapour_pressure_psi),
       inverse_dissolution_span_(
           oil.dissolution_pressure_psi > 0.0 ? 1.0 / (oil.dissolution_pressure_psi - kAtmospherePsi) : 0.0) {}
 
-double BulkModulus::At(double p_psi) const noexcept {
-  const double gap = p_psi + kAtmospherePsi - vapour_psi_;
-  const double safe_gap = gap < kSmallestGapPsi ? kSmallestGapPsi : gap;  // a NaN stays one
-  const double ratio = (kAtmospherePsi - vapour_psi_) / safe_gap;
-  const double expansion = isothermal_ ? ratio : std::pow(ratio, inverse_index_);
+double OilModulus::WithAir(double p_psi, double inverse_gap, double ratio) const noexcept {
+  const double expansion = inverse_index_ == 1.0 ? ratio : std::pow(ratio, inverse_index_);
   // theta(u) = (1 - u)³ (1 + 3u + 6u²), the free share of the air; theta' = -30 u² (1 - u)².
   const double u_raw = p_psi * inverse_dissolution_span_;
   const double u = u_raw <= 0.0 ? 0.0 : u_raw >= 1.0 ? 1.0 : u_raw;
   const double theta = (1.0 - u) * (1.0 - u) * (1.0 - u) * (1.0 + 3.0 * u + 6.0 * u * u);
   const double theta_slope = -30.0 * u * u * (1.0 - u) * (1.0 - u) * inverse_dissolution_span_;
-  const double free_gas = air_ * theta + kNuclei;
-  const double gas = free_gas * expansion;
-  const double shrinking = gas * inverse_index_ / safe_gap - air_ * theta_slope * expansion;  // -dV_g/dP
-  return (1.0 + gas) / (inverse_liquid_ + shrinking);
+  const double gas = (air_ * theta + kNuclei) * expansion;
+  const double shrinking = gas * inverse_index_ * inverse_gap - air_ * theta_slope * expansion;  // -dV_g/dP
+  return (inverse_liquid_ + shrinking) / (1.0 + gas);
 }
 
 Oil OilAt(const OilParameters& oil) noexcept {

@@ -14,7 +14,7 @@ struct Algebraic {
   double x1, x2, x4, alpha;
   double Q3, Q4, Q5, Q6, Q8;
   double G3, G5, G6;  ///< full: conductances of the orifices [in⁵/(lbf s)]
-  double K3;  ///< bulk modulus under the piston [psi]
+  double S3;  ///< compressibility under the piston, 1/K [1/psi]
   double C4;  ///< compliance above the plunger [in⁵/lbf]
   double C8;  ///< stabilizer's capacity [in⁵/lbf]
 };
@@ -35,7 +35,7 @@ inline double RelayPistonPosition(const Derived& d, double P1) noexcept {
 /// C8 = V8/K + V_gas/(k P8), V_gas = V_a (P_charge/P8)^(1/k), absolute; V8/K with the diaphragm on its seat.
 inline double StabilizerCapacity(const Derived& d, double P8, bool seated) noexcept {
   if (!d.full) return d.V8 / d.beta + d.Va / (d.k_gas * P8);  // (5.7)
-  const double oil = d.V8 / d.bulk_modulus.At(P8);
+  const double oil = d.V8 * d.oil.Compressibility(P8);
   if (seated) return oil;
   const double P8_abs = std::max(P8 + kAtmospherePsi, 1e-3);  // a stage may look there, no state is
   return oil + d.Va * std::pow(d.charge_abs / P8_abs, 1.0 / d.k_gas) / (d.k_gas * P8_abs);
@@ -53,22 +53,22 @@ inline Algebraic Solve(const Derived& d, const StateVector& y, const Mode& mode,
   a.x2 = x2_minus_x4 + a.x4;
   if (d.full) {
     const double p_t = d.p_transition;
-    const double open3 = EffectiveOpening(d.U + x2_minus_x4, d.cr2, d.h_metering);
-    const double open6 = EffectiveOpening(d.U - x2_minus_x4, d.cr2, d.h_metering);
-    const double open5 = EffectiveOpening(a.x2 - a.x1, d.cr1, d.h_relay);
+    const double open3 = OpeningSquared(d.U + x2_minus_x4, d.cr2, d.h_metering);
+    const double open6 = OpeningSquared(d.U - x2_minus_x4, d.cr2, d.h_metering);
+    const double open5 = OpeningSquared(a.x2 - a.x1, d.cr1, d.h_relay);
     a.G3 = OrificeConductance(P2 - P3, open3, d.k_metering, p_t);
     a.G6 = OrificeConductance(P3 - d.Pe, open6, d.k_metering, p_t);
     a.G5 = OrificeConductance(P4 - d.Pe, open5, d.k_relay, p_t);
     a.Q3 = a.G3 * (P2 - P3);
     a.Q6 = a.G6 * (P3 - d.Pe);
     a.Q5 = a.G5 * (P4 - d.Pe);
-    a.K3 = d.bulk_modulus.At(P3);
-    a.C4 = d.V4 / d.bulk_modulus.At(P4) + (mode.plunger == Plunger::kFree ? d.spring_compliance : 0.0);
+    a.S3 = d.oil.Compressibility(P3);
+    a.C4 = d.V4 * d.oil.Compressibility(P4) + (mode.plunger == Plunger::kFree ? d.spring_compliance : 0.0);
   } else {
     a.Q3 = OrificeFlow(P2 - P3, d.U + x2_minus_x4, d.cr2, d.k_metering);  // (2.5)
     a.Q6 = OrificeFlow(P3, d.U - x2_minus_x4, d.cr2, d.k_metering);       // (2.6)
     a.Q5 = OrificeFlow(P4, a.x2 - a.x1, d.cr1, d.k_relay);                // (2.4)
-    a.K3 = d.beta;
+    a.S3 = 1.0 / d.beta;
     a.C4 = d.V4 / d.beta + d.spring_compliance;
   }
   a.Q4 = CapillaryFlow(P2 - P4, d.capillary_a, d.capillary_b);  // (2.3)
@@ -110,7 +110,7 @@ StateVector Rates(const Derived& d, const StateVector& y, const Mode& mode, doub
     rate[kX3] = v3;
     rate[kV3] = (d.A3 * P3 - Resistance(d, x3, v3, mode.motion) - d.C * v3) / d.M;
   }
-  rate[kP3] = a.K3 * (a.Q3 - a.Q6 - a.Q8 - d.A3 * v3 - d.c3 * (P3 - d.Pe)) / (d.V3_at_zero + d.A3 * x3);
+  rate[kP3] = (a.Q3 - a.Q6 - a.Q8 - d.A3 * v3 - d.c3 * (P3 - d.Pe)) / ((d.V3_at_zero + d.A3 * x3) * a.S3);
   rate[kP4] = (a.Q4 - a.Q5 - d.A2 * a.alpha * v3) / a.C4;
   rate[kP8] = d.stabilizer ? a.Q8 / a.C8 : rate[kP3];
   rate[kP2] = d.pump_flow > 0.0 ? (PumpFlow(d, y[kP2]) - a.Q3 - a.Q4) / d.C2 : 0.0;
@@ -149,9 +149,10 @@ TimeScales TimeScalesAt(const Derived& d, const State& s, double p1_psi) noexcep
   const double relay = (slope(a.G5, a.Q5, s.p4_psi - d.Pe) + dQ5_dx2 * d.A2 / d.k2 + 1.0 / d.capillary_a) / a.C4;
   const double V3 = d.V3_at_zero + d.A3 * s.x3_in;
   const double G7 = d.stabilizer ? 1.0 / d.R7 : 0.0;
-  const double oil_spring = std::sqrt(a.K3 * d.A3 * d.A3 / (V3 * d.M));
+  const double inverse_C3 = 1.0 / (V3 * a.S3);
+  const double oil_spring = std::sqrt(d.A3 * d.A3 * inverse_C3 / d.M);
   const double piston =
-      a.K3 / V3 * (slope(a.G3, a.Q3, s.p2_psi - s.p3_psi) + slope(a.G6, a.Q6, s.p3_psi - d.Pe) + d.c3 + G7) +
+      inverse_C3 * (slope(a.G3, a.Q3, s.p2_psi - s.p3_psi) + slope(a.G6, a.Q6, s.p3_psi - d.Pe) + d.c3 + G7) +
       G7 / a.C8 + oil_spring;
   double cavity = 0.0;
   double ports = 0.0;
@@ -160,7 +161,7 @@ TimeScales TimeScalesAt(const Derived& d, const State& s, double p1_psi) noexcep
     const double P4_rate = (a.Q4 - a.Q5 - d.A2 * a.alpha * s.v3_in_s) / a.C4;
     ports = s.mode.plunger == Plunger::kFree ? std::fabs(P4_rate) * d.A2 / d.k2 / kCornerIn : 0.0;
     const double surplus = a.Q3 - a.Q6 - a.Q8 - d.A3 * s.v3_in_s - d.c3 * (s.p3_psi - d.Pe);
-    cavity = std::fabs(a.K3 / V3 * surplus / (s.p3_psi - d.bulk_modulus.LowestPsi()));
+    cavity = std::fabs(inverse_C3 * surplus / (s.p3_psi - d.oil.LowestPsi()));
   }
   return {relay > piston ? relay : piston, cavity, ports};
 }

@@ -28,7 +28,7 @@ SteadyState Failure(SteadyStateError error) noexcept {
 
 double MeteringFlow(const Derived& d, double dP, double opening) noexcept {
   if (!d.full) return OrificeFlow(dP, opening, d.cr2, d.k_metering);
-  return dP * OrificeConductance(dP, EffectiveOpening(opening, d.cr2, d.h_metering), d.k_metering, d.p_transition);
+  return dP * OrificeConductance(dP, OpeningSquared(opening, d.cr2, d.h_metering), d.k_metering, d.p_transition);
 }
 
 /// The relay and its supply at rest: all that follows from P2 and P3.

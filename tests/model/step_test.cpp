@@ -146,7 +146,6 @@ TEST(Step, SaysWhereSubStepsAreNotEnough) {
   s.p4_psi = 0.0;  // an orifice at dP = 0 is infinitely fast
   const StepResult result = Step(d, s, 30.0);
   EXPECT_FALSE(result.resolved);
-  EXPECT_EQ(result.sub_steps, kMaxSubSteps);
   EXPECT_TRUE(IsInDomain(d, result.state));
 }
 

@@ -38,7 +38,7 @@ struct Derived {
   double C;            ///< viscous damping: mu L3 pi d3 / (c_r3/2) [lbf s/in], Appendix E, errata 4
   // Oil, volumes and compliance
   double beta;                ///< thesis: K [psi]
-  BulkModulus bulk_modulus;   ///< full: K(P)
+  OilModulus oil;             ///< full: K(P)
   double V3_at_zero;          ///< [in³]
   double V4;                  ///< [in³]
   double spring_compliance;   ///< A2²/k2 [in⁵/lbf], of the chamber above the plunger
