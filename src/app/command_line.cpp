@@ -3,9 +3,12 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <string>
+#include <vector>
 
 #include "commands.hpp"
 #include "servohil/error.hpp"
+#include "servohil/nearest_name.hpp"
 
 namespace servohil::app {
 
@@ -31,6 +34,15 @@ void ConfigurationOptions::AddTo(CLI::App& command) {
 
 namespace {
 
+int NoSuchSubcommand(const CLI::App& program, const std::string& word) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+  const std::string nearest = NearestName(word, names);
+  std::cerr << "servohil: there is no subcommand " << word
+            << (nearest.empty() ? "; --help lists them" : "; did you mean " + nearest + "?") << '\n';
+  return kExitUsage;
+}
+
 int Main(int argc, char** argv) {
   CLI::App program(
       "servohil: real-time emulator of a steam turbine's governing-valve servomotor on CAN.\n"
@@ -44,12 +56,16 @@ int Main(int argc, char** argv) {
   AddRunCommand(program, exit_status);
   AddSimulateCommand(program, exit_status);
   AddSteadyCommand(program, exit_status);
+  AddLinearCommand(program, exit_status);
+  AddThesisCommand(program, exit_status);
   try {
     program.parse(argc, argv);
     return exit_status;
   } catch (const CLI::Success& success) {  // --help, --version
     return program.exit(success);
   } catch (const CLI::ParseError& error) {
+    if (program.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
+      return NoSuchSubcommand(program, argv[1]);
     std::cerr << "servohil: " << error.what() << "; --help tells more\n";
     return kExitUsage;
   } catch (const UsageError& error) {

@@ -156,7 +156,7 @@ void AddSimulateCommand(CLI::App& program, int& exit_status) {
       ->check(CLI::Range(model::kTickS, 1e6));
   auto* step = command.add_option("--p1-step", options->p1_step_psi,
                                   "step of the control oil pressure at t = 0 [psi]; default: none");
-  step->type_name("PSI");
+  step->type_name("PSI")->check(CLI::Range(-1000.0, 1000.0));
   command
       .add_option(
           "--p1-file", options->p1_file,

@@ -77,6 +77,10 @@ void Print(const model::SteadyState& s, bool json) {
 }  // namespace
 
 model::SteadyState RequireSteadyStateAt(const model::Derived& derived, double x3_in) {
+  if (!(x3_in >= 0.0 && x3_in <= derived.stroke_in)) {
+    throw UsageError("x3 = " + Number(x3_in) +
+                     " in: must be 0 to servo.stroke_in = " + Number(derived.stroke_in) + " in");
+  }
   const model::SteadyState state = model::SteadyStateAt(derived, x3_in);
   if (!state) throw UsageError(Reason(derived, state.error, x3_in));
   return state;

@@ -18,9 +18,11 @@ inline constexpr int kExitNotValid = 1;     ///< the run was not valid: late tic
 inline constexpr int kExitUsage = 2;        ///< usage or configuration
 inline constexpr int kExitEnvironment = 3;  ///< the machine lacks something
 
+void AddLinearCommand(CLI::App& program, int& exit_status);
 void AddRunCommand(CLI::App& program, int& exit_status);
 void AddSimulateCommand(CLI::App& program, int& exit_status);
 void AddSteadyCommand(CLI::App& program, int& exit_status);
+void AddThesisCommand(CLI::App& program, int& exit_status);
 
 /// -c and --set, which all subcommands have.
 struct ConfigurationOptions {

@@ -20,10 +20,14 @@ std::string Number(double value) {
   return out.str();
 }
 
+/// A value as one line, whatever it holds.
 std::string Shown(const toml::node& node) {
   std::ostringstream out;
   node.visit([&](const auto& value) { out << value; });
-  return out.str();
+  std::string text = out.str();
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  return text;
 }
 
 /// For `--set`: numbers that TOML writes otherwise (.15, 1e-3 is fine), else a text without its quotes.
@@ -38,6 +42,9 @@ toml::table FromBareText(const std::string& text) {
 class Loader {
  public:
   void ReadFile(const std::filesystem::path& file) {
+    if (!std::filesystem::exists(file) || std::filesystem::is_directory(file)) {
+      throw UsageError(file.string() + ": there is no such file");
+    }
     try {
       const toml::table table = toml::parse_file(file.string());
       Read(table, "", file.string(), file.parent_path());

@@ -32,8 +32,9 @@ double ParseField(std::string_view field, const std::string& place) {
 
 std::vector<CsvRow> ReadCsv(const std::filesystem::path& file, const std::string& header) {
   std::ifstream in(file);
-  if (!in) throw UsageError(file.string() + ": cannot be read");
   std::string line;
+  if (!in || std::filesystem::is_directory(file))
+    throw UsageError(file.string() + ": cannot be read as a file");
   std::getline(in, line);
   if (Trimmed(line) != header) {
     throw UsageError(file.string() + ":1: header is \"" + std::string(Trimmed(line)) + "\", expected \"" +

@@ -62,7 +62,7 @@ void Emulator::Stop() noexcept {
   receiver_.join();
   stop_sender_ = true;
   sender_.join();
-  SendDue();
+  SendDue(true);
   SendStopped();
 }
 
@@ -123,28 +123,31 @@ void Emulator::RunSender() {
   loop.Run(
       stop_sender_,
       [this](const rt::LoopTiming&) noexcept {
-        SendDue();
+        SendDue(false);
         return true;
       },
       first_deadline_ns_ + kSenderDelayNs);
 }
 
-void Emulator::SendDue() noexcept {
-  // Of several states that wait, only the newest of each message is sent: after a delay the bus gets the
-  // present, not a burst of the past.
-  std::array<Telemetry, kPublishedCount> newest;
-  std::array<bool, kPublishedCount> due{};
+void Emulator::SendDue(bool at_once) noexcept {
+  // Of several states that wait, only the newest of each message is sent, and no two closer than half its
+  // cycle: after a delay the bus gets the present, not a burst of the past.
   Telemetry telemetry;
   while (task_->TryPopTelemetry(telemetry)) {
     for (std::size_t i = 0; i < kPublishedCount; ++i) {
       if (!telemetry.due[i]) continue;
-      if (due[i]) ++traffic_.superseded;
-      due[i] = true;
-      newest[i] = telemetry;
+      if (waiting_[i].due) ++traffic_.superseded;
+      waiting_[i].due = true;
+      waiting_[i].telemetry = telemetry;
     }
   }
+  const std::int64_t now_ns = rt::MonotonicNs();
   for (std::size_t i = 0; i < kPublishedCount; ++i) {
-    if (due[i]) SendMessage(static_cast<Published>(i), newest[i]);
+    const auto which = static_cast<Published>(i);
+    if (!waiting_[i].due || (now_ns < waiting_[i].not_before_ns && !at_once)) continue;
+    waiting_[i].due = false;
+    waiting_[i].not_before_ns = now_ns + static_cast<std::int64_t>(contract_.CycleTicks(which)) * kTickNs / 2;
+    SendMessage(which, waiting_[i].telemetry);
   }
 }
 

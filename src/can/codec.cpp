@@ -53,7 +53,8 @@ RawLimits StatedRange(const Signal& signal) noexcept {
 std::int64_t ExtractRaw(const Signal& signal, std::span<const std::uint8_t> data) noexcept {
   std::uint64_t raw = 0;
   ForEachChunk(signal, [&](const BitChunk& chunk) {
-    const std::uint64_t bits = (data[chunk.byte] >> static_cast<unsigned>(chunk.low_bit)) & chunk.Mask();
+    const unsigned byte = data[chunk.byte];
+    const std::uint64_t bits = (byte >> static_cast<unsigned>(chunk.low_bit)) & chunk.Mask();
     raw |= bits << static_cast<unsigned>(chunk.raw_bit);
   });
   if (signal.is_signed) {
@@ -68,7 +69,7 @@ void InsertRaw(const Signal& signal, std::int64_t raw, std::span<std::uint8_t> d
   ForEachChunk(signal, [&](const BitChunk& chunk) {
     const auto shift = static_cast<unsigned>(chunk.low_bit);
     const auto piece = static_cast<unsigned>(bits >> static_cast<unsigned>(chunk.raw_bit)) & chunk.Mask();
-    const unsigned kept = data[chunk.byte] & ~(chunk.Mask() << shift);
+    const unsigned kept = unsigned{data[chunk.byte]} & ~(chunk.Mask() << shift);
     data[chunk.byte] = static_cast<std::uint8_t>(kept | (piece << shift));
   });
 }

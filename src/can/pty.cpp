@@ -75,6 +75,15 @@ std::string Pty::TakeBackUnread() const {
   return {buffer.data(), size > 0 ? static_cast<std::size_t>(size) : 0};
 }
 
+void Pty::WaitUntilRead(int timeout_ms) const noexcept {
+  const FileDescriptor slave = OpenSlave();
+  for (; slave && timeout_ms > 0; --timeout_ms) {
+    pollfd entry{slave.Get(), POLLIN, 0};
+    if (::poll(&entry, 1, 0) <= 0) return;
+    ::poll(nullptr, 0, 1);
+  }
+}
+
 void Pty::DiscardUnread() const noexcept {
   const FileDescriptor slave = OpenSlave();
   if (slave) ::tcflush(slave.Get(), TCIFLUSH);

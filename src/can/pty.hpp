@@ -31,6 +31,8 @@ class Pty {
   /// terminal's line buffer (4095 bytes): enough for the longest line; empty when there is none or it cannot
   /// be taken
   std::string TakeBackUnread() const;
+  /// Waits until the slave side has read everything, or this long.
+  void WaitUntilRead(int timeout_ms) const noexcept;
   /// Discards what the slave side has not read.
   void DiscardUnread() const noexcept;
 

@@ -21,6 +21,11 @@ std::uint16_t TimestampMs(Clock::time_point now) noexcept {
 SlcanAdapter::SlcanAdapter(const std::string& link)
     : link_(link, pty_.SlavePath()), path_(link.empty() ? pty_.SlavePath() : link), name_("slcan:" + path_) {}
 
+SlcanAdapter::~SlcanAdapter() {
+  // Closing the master throws away what the client has not read yet: the last status among it.
+  if (connected_ && session_.IsOpen()) pty_.WaitUntilRead(200);
+}
+
 std::string SlcanAdapter::ConnectHint() const {
   return R"(python-can: can.Bus(interface="slcan", channel=")" + path_ + R"(", bitrate=500000))";
 }

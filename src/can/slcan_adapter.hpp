@@ -23,6 +23,7 @@ class SlcanAdapter final : public Bus {
  public:
   /// @throws UsageError, EnvironmentError as PtyLink and Pty
   explicit SlcanAdapter(const std::string& link);
+  ~SlcanAdapter() override;
 
   const std::string& Name() const noexcept override { return name_; }
   std::string ConnectHint() const override;

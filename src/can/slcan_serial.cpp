@@ -86,7 +86,7 @@ std::string SlcanSerial::State() const {
   const std::string bit_rate = std::to_string(bit_rate_bit_s_) + " bit/s";
   if (!answered_) return bit_rate + ", no answer from the adapter yet";
   const std::uint64_t refusals = refusals_;
-  return refusals == 0 ? bit_rate : bit_rate + ", " + std::to_string(refusals) + " commands refused";
+  return refusals == 0 ? bit_rate : bit_rate + ", commands refused: " + std::to_string(refusals);
 }
 
 bool SlcanSerial::HandleLine(const slcan::Line& line, Frame& frame) noexcept {

@@ -43,7 +43,7 @@ TEST_F(SlcanSerialTest, ReadsFramesAndCountsTheRest) {
   Pump(bus_, [&](const auto&) { return bus_.Statistics().malformed >= 3; });
   EXPECT_EQ(bus_.Statistics().malformed, 3U);  // BEL, noise, cut frame
   EXPECT_EQ(bus_.Statistics().received, 2U);
-  EXPECT_EQ(bus_.State(), "500000 bit/s, 1 commands refused");
+  EXPECT_EQ(bus_.State(), "500000 bit/s, commands refused: 1");
 }
 
 TEST_F(SlcanSerialTest, SendsWholeLinesThoughTheDeviceStalls) {

@@ -1,19 +1,22 @@
-// guest-init.c: the two ends of a guest started by tools/vcan-guest.   gcc -O2 -static -o init guest-init.c
+// guest-init.c: the two ends of a guest of tools/vcan-guest.   gcc -O2 -static -o init guest-init.c
 //
-//   as process 1 of the guest        mounts, vcan0, runs the command; what it prints goes to the spool, its exit
-//                                    status to the file "status"
-//   init relay SPOOL PID SECONDS     on the host: copies the spool to standard output and error, live, until process
-//                                    PID (the guest) has ended; exit status 124 after SECONDS (0: never)
+//   as process 1 of the guest      mounts, vcan0, runs the command; what it prints goes to the spool, its
+//   exit
+//                                  status to the file "status"
+//   init relay SPOOL PID SECONDS   on the host: copies the spool to standard output and error, live, until
+//                                  process PID (the guest) has ended; exit status 124 after SECONDS (0:
+//                                  never)
 //
-// The spool is a file in a folder that both sides see. Its records are {stream, length} and the data: one file keeps
-// the order across the two streams, and no terminal touches a byte. A file never blocks the guest either, so a slow
-// reader on the host cannot disturb virtual time.
+// The spool is a file in a folder that both sides see. Its records are {stream, length} and the data: one
+// file keeps the order across the two streams, and no terminal touches a byte. A file never blocks the guest
+// either, so a slow reader on the host cannot disturb virtual time.
 //
 // From the guest's kernel command line, as an environment variable of process 1:
 //   guest_start=SECS   virtual time only: the command starts at exactly this CLOCK_REALTIME
-// The runner's folder on the host is the current folder of the guest's kernel process, so that its name, which differs
-// from run to run, is nowhere in the guest. In it: command, a list of strings each ended by NUL (current folder, output
-// folder on the host and in the guest, number of variables, variables, command, arguments); stdin, spool, status, out.
+// The runner's folder on the host is the current folder of the guest's kernel process: its name differs from
+// run to run, and so it must not be part of the command line (see SeedRandom). In it: command, a list of
+// strings each ended by NUL (current folder, output folder on the host and in the guest, number of variables,
+// variables, command, arguments); stdin, spool, status, out.
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -174,7 +177,7 @@ static void AddVcan(const char* name) {
   close(s);
 }
 
-static void SetUp(const char* name) {
+static void BringUp(const char* name) {
   struct ifreq request = {0};
   strcpy(request.ifr_name, name);
   int s = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -229,8 +232,9 @@ static void Mounts(const char* work, const char* out_host, const char* out) {
   Mount("out", out, "hostfs", out_host);
 }
 
-// The kernel has no source of randomness but its clock (build-kernel.sh), so that runs in virtual time repeat. Without
-// this, the first program that wants a random number waits about 1 s for the kernel to call its pool ready.
+// The kernel has no sources of randomness but its clock and its command line (build-kernel.sh), so that runs
+// in virtual time repeat. Without this, the first program that wants a random number waits 0.9 s of virtual
+// time (measured) until the kernel calls its pool ready.
 static void SeedRandom(void) {
   struct {
     struct rand_pool_info info;
@@ -256,7 +260,8 @@ static void Exec(const char* dir, char** variables, char** command, int out, int
   environ = variables;
   execvp(command[0], command);
   int error = errno;
-  fprintf(stderr, "vcan-guest: %s: %s\n", command[0], error == ENOENT ? "command not found" : strerror(error));
+  fprintf(stderr, "vcan-guest: %s: %s\n", command[0],
+          error == ENOENT ? "command not found" : strerror(error));
   _exit(error == ENOENT ? 127 : 126);
 }
 
@@ -292,8 +297,10 @@ static int Run(const char* dir, char** variables, char** command) {
   fcntl(out[0], F_SETFL, O_NONBLOCK);
   fcntl(err[0], F_SETFL, O_NONBLOCK);
 
-  // Above every ordinary process: each write is taken before the writer goes on, which keeps the two streams in order.
-  if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &(struct sched_param){1}) != 0) Die("scheduler");
+  // Above every ordinary process: each write is taken before the writer goes on, which keeps the two streams
+  // in order.
+  if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &(struct sched_param){1}) != 0)
+    Die("scheduler");
   pid_t command_pid = fork();
   if (command_pid < 0) Die("fork");
   if (command_pid == 0) Exec(dir, variables, command, out[1], err[1]);
@@ -333,11 +340,12 @@ static int Init(void) {
   Mounts(work, out_host, out);
   SeedRandom();
   sethostname("guest", 5);
-  SetUp("lo");
+  BringUp("lo");
   AddVcan("vcan0");
-  SetUp("vcan0");
+  BringUp("vcan0");
   nanosleep(&(struct timespec){0, 50000000}, NULL);  // to the first tick, when timers become high-resolution
-  if (start) clock_nanosleep(CLOCK_REALTIME, TIMER_ABSTIME, &(struct timespec){strtol(start, NULL, 10), 0}, NULL);
+  if (start)
+    clock_nanosleep(CLOCK_REALTIME, TIMER_ABSTIME, &(struct timespec){strtol(start, NULL, 10), 0}, NULL);
 
   int status = Run(dir, variables, strings);
   kill(-1, SIGKILL);

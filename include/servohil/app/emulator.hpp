@@ -118,7 +118,8 @@ class Emulator {
   void RunSender();
   /// Sets up the calling thread, then waits for the start.
   void BeReady(const char* name, int priority, int cpu);
-  void SendDue() noexcept;
+  /// @param at_once  whatever was sent just before, as at the end
+  void SendDue(bool at_once) noexcept;
   void SendStopped() noexcept;
   void SendMessage(Published which, const Telemetry& telemetry) noexcept;
 
@@ -129,6 +130,13 @@ class Emulator {
   rt::PeriodicLoop loop_;
   std::int64_t first_deadline_ns_ = 0;
   long loop_page_faults_ = 0;
+  /// The sender's: newest state of each message that is due, and when it may go.
+  struct Waiting {
+    bool due = false;
+    std::int64_t not_before_ns = 0;
+    Telemetry telemetry;
+  };
+  std::array<Waiting, kPublishedCount> waiting_;
   TrafficCounters traffic_;
   int finished_fd_ = -1;
 

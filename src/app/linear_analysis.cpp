@@ -1,0 +1,112 @@
+#include "linear_analysis.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "commands.hpp"
+
+namespace servohil::app {
+namespace {
+
+constexpr std::array kStateNames = {"x3_in", "v3_in_s", "p3_psi", "p4_psi", "p8_psi"};
+
+std::string Text(const char* format, double a, double b) {
+  std::array<char, 200> text{};
+  std::snprintf(text.data(), text.size(), format, a, b);
+  return text.data();
+}
+
+model::SteadyState Rest(const model::Derived& derived, const LinearOptions& options) {
+  return options.x3_in ? RequireSteadyStateAt(derived, *options.x3_in)
+                       : RequireSteadyStateForP1(derived, *options.p1_psi);
+}
+
+void NoteKinks(const model::Linearization& linear, LinearPoint& point) {
+  for (std::size_t i = 0; i < point.states.size(); ++i) {
+    if (!linear.kinked[i]) continue;
+    point.notes.push_back("the model has a kink in " + point.states[i] +
+                          " at this point (a row of the load table, the cam's knee, a port just closed): the "
+                          "matrix holds to its "
+                          "right, where it is larger; a little to the left it is another");
+  }
+}
+
+/// The thesis' constants of one operating point, used at another.
+void NoteThesisConstants(const model::Derived& d, const LinearOptions& options, LinearPoint& point) {
+  const double x3_in = point.rest.state.x3_in;
+  const double v3_in3 = d.V3_at_zero + d.A3 * x3_in;
+  const double k3_lbf_in = d.A3 * d.load_up.SlopeAt(x3_in);
+  point.notes.push_back(
+      Text("V3 = %g in3 and k3 = %g lbf/in as given (--v3, --k3; default: the thesis', for x3 = 4.0 in); ",
+           options.thesis.v3_in3, options.thesis.k3_lbf_in) +
+      Text("the configuration has %g in3 and %g lbf/in at this point", v3_in3, k3_lbf_in));
+  const double opening_in = std::fabs(point.rest.outputs.x2_in - point.rest.outputs.x4_in);
+  if (opening_in > d.U) {
+    point.notes.push_back(
+        Text("the plunger stands %g in off its bushing, beyond the underlap of %g in: the thesis' "
+             "linear orifices (3.5), (3.6) do not hold here",
+             opening_in, d.U));
+  }
+}
+
+}  // namespace
+
+LinearPoint LinearPointOf(const model::Parameters& parameters, const LinearOptions& options) {
+  const model::Derived derived(parameters);
+  LinearPoint point;
+  point.rest = Rest(derived, options);
+  if (options.model == LinearModel::kThesis) {
+    const auto c = model::ThesisCoefficientsAt(parameters, derived, point.rest, options.thesis);
+    point.system = model::ThesisSystem(c);
+    for (Eigen::Index i = 0; i < point.system.A.rows(); ++i)
+      point.states.emplace_back(kStateNames[static_cast<std::size_t>(i)]);
+    NoteThesisConstants(derived, options, point);
+  } else {
+    const model::Linearization linear = model::Linearize(derived, point.rest);
+    point.system = linear.system;
+    for (Eigen::Index i = 0; i < point.system.A.rows(); ++i) {
+      const auto state = static_cast<std::size_t>(linear.states[static_cast<std::size_t>(i)]);
+      point.states.push_back(state < kStateNames.size() ? kStateNames[state]
+                                                        : "state_" + std::to_string(state));
+    }
+    point.jacobian_relative_error = linear.relative_error;
+    NoteKinks(linear, point);
+  }
+  if (parameters.friction.coulomb_psi > 0.0) {
+    point.notes.push_back(
+        Text("friction.coulomb_psi = %g psi is left out: this is the sliding, frictionless piston. A "
+             "stuck one does not move at all until P3 has changed by %g psi",
+             parameters.friction.coulomb_psi, parameters.friction.coulomb_psi));
+  }
+  return point;
+}
+
+LinearAnalysis Analyse(const model::Parameters& parameters, const LinearOptions& options) {
+  LinearAnalysis a;
+  a.point = LinearPointOf(parameters, options);
+  a.poles = model::Poles(a.point.system);
+  a.transfer = model::ToTransferFunction(a.point.system);
+
+  const double x3_in = a.point.rest.state.x3_in;
+  const model::Parameters held = model::WithBushingHeld(parameters, x3_in);
+  const model::Derived held_derived(held);
+  if (options.model == LinearModel::kThesis) {
+    const auto c =
+        model::ThesisCoefficientsAt(parameters, model::Derived(parameters), a.point.rest, options.thesis);
+    // The scale of (B.18) and (G.15), so that the numbers can be laid beside the thesis'.
+    const double scale = model::ThesisTransferFunction(c).denominator[0];
+    a.transfer.numerator = scale * a.transfer.numerator;
+    a.transfer.denominator = scale * a.transfer.denominator;
+    auto open = c;
+    open.alpha = 0.0;
+    a.loop = model::PositionLoop(a.point.system, model::ThesisSystem(open));
+  } else {
+    a.loop = model::PositionLoop(a.point.system, model::Linearize(held_derived, a.point.rest).system);
+  }
+  a.routh = model::Routh(a.transfer.denominator);
+  a.margins = model::FindMargins(a.loop);
+  a.step = model::FindStepFigures(a.point.system);
+  return a;
+}
+
+}  // namespace servohil::app
