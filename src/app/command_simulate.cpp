@@ -91,7 +91,7 @@ class CsvOutput {
                              o.q6_in3_s,
                              o.friction_psi};
     for (const double value : values) std::fprintf(file_, "%.17g,", value);
-    std::fputs(s.state.motion == model::Motion::kStuck ? "1\n" : "0\n", file_);
+    std::fputs(s.state.mode.PistonRests() ? "1\n" : "0\n", file_);
   }
 
   void Finish() {

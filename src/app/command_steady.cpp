@@ -25,7 +25,7 @@ std::string Number(double value) {
 
 /// Why there is no steady state, in words and numbers.
 std::string Reason(const model::Derived& d, model::SteadyStateError error, double x3_in) {
-  const double p3_psi = d.load.PressureAt(x3_in);
+  const double p3_psi = d.load_up.PressureAt(x3_in);
   const std::string at = "no steady state at x3 = " + Number(x3_in) + " in: ";
   switch (error) {
     case model::SteadyStateError::kLoadAboveSupply:
@@ -37,9 +37,19 @@ std::string Reason(const model::Derived& d, model::SteadyStateError error, doubl
     case model::SteadyStateError::kRelayPortTooOpen:
       return at + "the relay port's clearance (servo.relay_piston_clearance_in = " + Number(d.cr1) +
              " in) passes more than the capillary delivers";
-    default:
-      return at + "unknown";
+    case model::SteadyStateError::kRelayPortTooSmall:
+      return at + "the relay port, fully open at servo.relay_port_height_in = " + Number(d.h_relay) +
+             " in, passes less than the capillary delivers";
+    case model::SteadyStateError::kPlungerAtStop:
+      return at + "the plunger would have to be beyond servo.relay_plunger_travel_in = " + Number(d.plunger_travel) + " in";
+    case model::SteadyStateError::kRelayPistonAtStop:
+      return at + "the relay piston would have to be outside 0 to servo.relay_piston_stroke_in = " + Number(d.x1_stop) + " in";
+    case model::SteadyStateError::kPumpTooSmall:
+      return at + "supply.pump_flow_in3_s = " + Number(d.pump_flow) + " in³/s is less than the servomotor consumes at rest";
+    case model::SteadyStateError::kNone:
+    case model::SteadyStateError::kNoPositionForP1: break;
   }
+  return at + "none found";
 }
 
 void Print(const model::SteadyState& s, bool json) {

@@ -90,7 +90,11 @@ class Loader {
     CheckCycle("publish.pressures_ms", config_.publish.pressures_ms);
     CheckCycle("publish.relay_ms", config_.publish.relay_ms);
     CheckCycle("publish.status_ms", config_.publish.status_ms);
-    config_.model.load = ReadLoadCurve(config_.load_file);
+    const double dissolution_psi = config_.model.oil.dissolution_pressure_psi;
+    if (dissolution_psi > 0.0 && dissolution_psi < 20.0) {
+      Fail("oil.dissolution_pressure_psi", Number(dissolution_psi), "must be 0 or at least 20 psi absolute");
+    }
+    ReadLoad();
     return config_;
   }
 
@@ -129,6 +133,9 @@ class Loader {
     std::visit([&](auto where) { Assign(*key, node, where(config_)); }, key->place);
     if (!directory.empty()) {
       if (name == "load.file") config_.load_file = (directory / config_.load_file).string();
+      if (name == "load.closing_file" && !config_.load_closing_file.empty()) {
+        config_.load_closing_file = (directory / config_.load_closing_file).string();
+      }
       if (name == "can.dbc") config_.can.dbc = (directory / config_.can.dbc).string();
     }
   }
@@ -153,7 +160,8 @@ class Loader {
   }
   void Assign(const Key& key, const toml::node& node, std::string& target) const {
     const auto value = node.value_exact<std::string>();
-    if (!value || value->empty()) Fail(key.name, Shown(node), "must be a text in quotes");
+    const bool may_be_empty = std::string_view(key.name) == "load.closing_file";
+    if (!value || (value->empty() && !may_be_empty)) Fail(key.name, Shown(node), "must be a text in quotes");
     target = *value;
   }
   void Assign(const Key& key, const toml::node& node, std::vector<std::string>& target) const {
@@ -171,15 +179,35 @@ class Loader {
     }
     target = std::move(items);
   }
-  void Assign(const Key& key, const toml::node& node, model::CamShape& target) const {
+  template <typename Enum>
+    requires std::is_enum_v<Enum>
+  void Assign(const Key& key, const toml::node& node, Enum& target) const {
     const auto value = node.value_exact<std::string>();
-    if (value == "single") {
-      target = model::CamShape::kSingle;
-    } else if (value == "two_slope") {
-      target = model::CamShape::kTwoSlope;
-    } else {
-      Fail(key.name, Shown(node), "must be \"single\" or \"two_slope\"");
+    const auto names = NamesOf(target);
+    std::string all;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (value == names[i]) {
+        target = static_cast<Enum>(i);
+        return;
+      }
+      all += (i == 0 ? "\"" : i + 1 == names.size() ? " or \"" : ", \"") + std::string(names[i]) + '"';
     }
+    Fail(key.name, Shown(node), "must be " + all);
+  }
+
+  void ReadLoad() {
+    model::LoadParameters& load = config_.model.load;
+    load.opening = ReadLoadCurve(config_.load_file);
+    load.has_closing = !config_.load_closing_file.empty();
+    if (!load.has_closing) return;
+    load.closing = ReadLoadCurve(config_.load_closing_file);
+    const auto check = [&](double x3_in) {
+      if (load.closing.PressureAt(x3_in) <= load.opening.PressureAt(x3_in)) return;
+      Fail("load.closing_file", config_.load_closing_file,
+           "must nowhere be above load.file, as it is at x3 = " + Number(x3_in) + " in");
+    };
+    for (std::size_t i = 0; i < load.opening.size(); ++i) check(load.opening[i].x3_in);
+    for (std::size_t i = 0; i < load.closing.size(); ++i) check(load.closing[i].x3_in);
   }
 
   void CheckCycle(const char* key, int cycle_ms) const {

@@ -48,7 +48,7 @@ constexpr std::array kStatusQuantities = std::to_array<Quantity>({
     {"TimingValid", "", [](const T& t, const O&) { return t.status.timing_valid ? 1.0 : 0.0; }},
     {"ModelFault", "", [](const T& t, const O&) { return t.sample.model_fault ? 1.0 : 0.0; }},
     {"Stuck", "",
-     [](const T& t, const O&) { return t.sample.state.motion == model::Motion::kStuck ? 1.0 : 0.0; }},
+     [](const T& t, const O&) { return t.sample.state.mode.PistonRests() ? 1.0 : 0.0; }},
     {"ActiveFaults", "", [](const T&, const O&) { return 0.0; }},
     {"LateTicks", "", [](const T& t, const O&) { return static_cast<double>(t.status.late_ticks); }},
     {"CommandAge", "ms",

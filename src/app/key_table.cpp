@@ -1,6 +1,7 @@
 #include <array>
 #include <iomanip>
 #include <sstream>
+#include <type_traits>
 
 #include "servohil/app/configuration.hpp"
 
@@ -11,10 +12,26 @@ using C = Configuration;
 
 // Ranges: what the equations and their solution hold for with room to spare, not what is sensible.
 constexpr std::array kKeys = std::to_array<Key>({
+    {"model.physics", "", 0.0, 0.0, "\"full\": over the whole envelope; \"thesis\": the source to the letter",
+     +[](C& c) -> model::Physics& { return c.model.physics; }},
+    {"oil.name", "", 0.0, 0.0, "\"custom\" (density, viscosity below), \"mil_h_5606\" or \"iso_vg_32\" (at the temperature below)",
+     +[](C& c) -> model::OilName& { return c.model.oil.name; }},
+    {"oil.temperature_c", "°C", -20.0, 120.0, "temperature of a named oil",
+     +[](C& c) -> double& { return c.model.oil.temperature_c; }},
     {"oil.density_lbf_s2_in4", "lbf s²/in⁴", 1e-5, 2e-4, "rho, oil density (Table II)",
      +[](C& c) -> double& { return c.model.oil.density_lbf_s2_in4; }},
     {"oil.viscosity_lbf_s_in2", "lbf s/in²", 1e-8, 1e-3, "mu, absolute viscosity (Table II)",
      +[](C& c) -> double& { return c.model.oil.viscosity_lbf_s_in2; }},
+    {"oil.air_fraction", "", 0.0, 0.2, "r, free air per liquid, both volumes at atmospheric pressure (MODEL.md)",
+     +[](C& c) -> double& { return c.model.oil.air_fraction; }},
+    {"oil.air_polytropic_index", "", 1.0, 1.4, "n: 1 isothermal, 1.4 adiabatic",
+     +[](C& c) -> double& { return c.model.oil.air_polytropic_index; }},
+    {"oil.dissolution_pressure_psi", "psi absolute", 0.0, 5000.0, "all air is dissolved from here on; 0: none ever, else above 20",
+     +[](C& c) -> double& { return c.model.oil.dissolution_pressure_psi; }},
+    {"oil.vapour_pressure_psi", "psi absolute", 0.0, 10.0, "no chamber falls below it",
+     +[](C& c) -> double& { return c.model.oil.vapour_pressure_psi; }},
+    {"orifice.transition_pressure_psi", "psi", 1e-3, 10.0, "p_t: orifices are laminar below, turbulent above",
+     +[](C& c) -> double& { return c.model.orifice.transition_pressure_psi; }},
 
     {"servo.relay_piston_rod_diameter_in", "in", 0.0, 10.0, "d1 (Table II)",
      +[](C& c) -> double& { return c.model.servo.relay_piston_rod_diameter_in; }},
@@ -63,9 +80,25 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> double& { return c.model.servo.discharge_coefficient; }},
     {"servo.stroke_in", "in", 0.1, 100.0, "largest x3 (Figure 3)",
      +[](C& c) -> double& { return c.model.servo.stroke_in; }},
+    {"servo.relay_port_height_in", "in", 0.01, 10.0, "largest opening of orifice 5 (assumed)",
+     +[](C& c) -> double& { return c.model.servo.relay_port_height_in; }},
+    {"servo.metering_port_height_in", "in", 0.01, 10.0, "largest opening of orifices 3 and 6 (assumed)",
+     +[](C& c) -> double& { return c.model.servo.metering_port_height_in; }},
+    {"servo.relay_piston_stroke_in", "in", 0.1, 100.0, "largest x1 (assumed)",
+     +[](C& c) -> double& { return c.model.servo.relay_piston_stroke_in; }},
+    {"servo.relay_plunger_travel_in", "in", 0.01, 10.0, "largest |x2 - x4| (assumed)",
+     +[](C& c) -> double& { return c.model.servo.relay_plunger_travel_in; }},
 
     {"supply.pressure_psi", "psi", 1.0, 5000.0, "P2 (Appendix E)",
      +[](C& c) -> double& { return c.model.supply.pressure_psi; }},
+    {"supply.drain_pressure_psi", "psi", 0.0, 100.0, "Pe, back pressure of the drain",
+     +[](C& c) -> double& { return c.model.supply.drain_pressure_psi; }},
+    {"supply.pump_flow_in3_s", "in³/s", 0.0, 100000.0, "largest pump flow; 0: P2 is constant whatever is drawn",
+     +[](C& c) -> double& { return c.model.supply.pump_flow_in3_s; }},
+    {"supply.pump_band_psi", "psi", 0.1, 1000.0, "below the set point: the pump goes from none to all",
+     +[](C& c) -> double& { return c.model.supply.pump_band_psi; }},
+    {"supply.accumulator_volume_in3", "in³", 1.0, 1e6, "gas in the accumulator at the set point",
+     +[](C& c) -> double& { return c.model.supply.accumulator_volume_in3; }},
 
     {"cam.shape", "", 0.0, 0.0, "\"single\" or \"two_slope\" (Figure 4, curve B or A)",
      +[](C& c) -> model::CamShape& { return c.model.cam.shape; }},
@@ -84,6 +117,14 @@ constexpr std::array kKeys = std::to_array<Key>({
 
     {"friction.coulomb_psi", "psi", 0.0, 200.0, "B, Coulomb friction as a pressure under the piston (4.4)",
      +[](C& c) -> double& { return c.model.friction.coulomb_psi; }},
+    {"friction.breakaway_psi", "psi", 0.0, 400.0, "B_s, from rest; 0: as B",
+     +[](C& c) -> double& { return c.model.friction.breakaway_psi; }},
+    {"friction.stribeck_velocity_in_s", "in/s", 1e-3, 100.0, "v_s, at which half of B_s - B is gone",
+     +[](C& c) -> double& { return c.model.friction.stribeck_velocity_in_s; }},
+    {"friction.viscous_psi_s_in", "psi s/in", 0.0, 100.0, "B_v, viscous friction",
+     +[](C& c) -> double& { return c.model.friction.viscous_psi_s_in; }},
+    {"friction.closing_ratio", "", 0.1, 10.0, "friction downward to friction upward",
+     +[](C& c) -> double& { return c.model.friction.closing_ratio; }},
 
     {"stabilizer.enabled", "", 0.0, 0.0, "transient flow stabilizer connected (chapter V)",
      +[](C& c) -> bool& { return c.model.stabilizer.enabled; }},
@@ -97,9 +138,17 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> double& { return c.model.stabilizer.gas_volume_in3; }},
     {"stabilizer.polytropic_index", "", 1.0, 2.0, "k, 1.4 adiabatic, 1 isothermal (5.5)",
      +[](C& c) -> double& { return c.model.stabilizer.polytropic_index; }},
+    {"stabilizer.charge_pressure_psi", "psi", 0.0, 5000.0, "at which the gas has V_a",
+     +[](C& c) -> double& { return c.model.stabilizer.charge_pressure_psi; }},
+    {"stabilizer.precharge_psi", "psi", 0.0, 5000.0, "below it the diaphragm rests on its seat",
+     +[](C& c) -> double& { return c.model.stabilizer.precharge_psi; }},
 
     {"load.file", "", 0.0, 0.0, "CSV file x3_in,p3_psi: the load at rest (Figure 3)",
      +[](C& c) -> std::string& { return c.load_file; }},
+    {"load.closing_file", "", 0.0, 0.0, "CSV file for downward motion; \"\": as load.file",
+     +[](C& c) -> std::string& { return c.load_closing_file; }},
+    {"load.beyond", "", 0.0, 0.0, "beyond the table: \"extrapolate\" its end segments or \"hold\" its end values",
+     +[](C& c) -> model::LoadBeyond& { return c.model.load.beyond; }},
 
     {"start.x3_in", "in", 0.0, 100.0, "piston position at rest until the first command",
      +[](C& c) -> double& { return c.start_x3_in; }},
@@ -146,8 +195,10 @@ struct Shown {
     for (const std::string& item : v) text += (text.size() > 1 ? ", \"" : "\"") + item + '"';
     return text + "]";
   }
-  std::string operator()(model::CamShape v) const {
-    return v == model::CamShape::kSingle ? "\"single\"" : "\"two_slope\"";
+  template <typename Enum>
+    requires std::is_enum_v<Enum>
+  std::string operator()(Enum v) const {
+    return std::string("\"") + NamesOf(v)[static_cast<std::size_t>(v)] + '"';
   }
 };
 

@@ -30,7 +30,7 @@ void NoteKinks(const model::Linearization& linear, LinearPoint& point) {
 void NoteThesisConstants(const model::Derived& d, const LinearOptions& options, LinearPoint& point) {
   const double x3_in = point.rest.state.x3_in;
   const double v3_in3 = d.V3_at_zero + d.A3 * x3_in;
-  const double k3_lbf_in = d.A3 * d.load.SlopeAt(x3_in);
+  const double k3_lbf_in = d.A3 * d.load_up.SlopeAt(x3_in);
   point.notes.push_back(
       Formatted(
           "V3 = %g in3 and k3 = %g lbf/in as given (--v3, --k3; default: the thesis', for x3 = 4.0 in); ",

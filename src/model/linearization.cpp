@@ -89,12 +89,13 @@ Column Differentiate(const Function& f, double first_width) noexcept {
   return {with_rounding(Extrapolate(central, first_width, 2)), false};
 }
 
-/// The states that evolve by themselves: without a stabilizer P8 only repeats P3.
+/// The states that evolve by themselves: without a stabilizer P8 only repeats P3, without a pump P2 is constant.
 int IndependentStates(const Derived& d, std::array<int, kMaxOrder>& states) noexcept {
   static_assert(StateVector::RowsAtCompileTime <= kMaxOrder);
   int n = 0;
   for (int i = 0; i < StateVector::RowsAtCompileTime; ++i) {
     if (i == kP8 && !d.stabilizer) continue;
+    if (i == kP2 && d.pump_flow <= 0.0) continue;
     states[static_cast<std::size_t>(n++)] = i;
   }
   return n;
@@ -113,13 +114,15 @@ Linearization Linearize(const Derived& d, const SteadyState& point) noexcept {
   result.B_error.resize(n);
 
   const StateVector y = point.state.Vector();
+  Mode mode = point.state.mode;
+  mode.motion = Motion::kFree;
   const auto entry = [&](int i) noexcept { return result.states[static_cast<std::size_t>(i)]; };
   for (int j = 0; j < n; ++j) {
     const auto rates = [&](double displacement) noexcept {
       StateVector moved = y;
       moved[entry(j)] += displacement;
       if (entry(j) == kP3 && !d.stabilizer) moved[kP8] += displacement;
-      return Rates(d, moved, Motion::kFree, point.p1_psi);
+      return Rates(d, moved, mode, point.p1_psi);
     };
     const Column column = Differentiate(rates, FirstWidth(entry(j)));
     result.kinked[static_cast<std::size_t>(j)] = column.kinked;
@@ -129,7 +132,7 @@ Linearization Linearize(const Derived& d, const SteadyState& point) noexcept {
     }
   }
   const auto rates = [&](double displacement) noexcept {
-    return Rates(d, y, Motion::kFree, point.p1_psi + displacement);
+    return Rates(d, y, mode, point.p1_psi + displacement);
   };
   const Column column = Differentiate(rates, kFirstWidthP1);
   for (int i = 0; i < n; ++i) {

@@ -20,4 +20,13 @@ LoadCurve::LoadCurve(std::span<const Point> points) noexcept : size_(points.size
   }
 }
 
+LoadCurve LoadCurve::Held() const noexcept {
+  constexpr double kBeyondIn = 1.0;  // any: a flat segment is extended flat
+  std::array<Point, kMaxPoints + 2> points{};
+  points[0] = {x_[0] - kBeyondIn, p_[0]};
+  for (std::size_t i = 0; i < size_; ++i) points[i + 1] = (*this)[i];
+  points[size_ + 1] = {x_[size_ - 1] + kBeyondIn, p_[size_ - 1]};
+  return LoadCurve(std::span(points.data(), size_ + 2));
+}
+
 }  // namespace servohil::model

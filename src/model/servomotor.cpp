@@ -1,5 +1,6 @@
 #include "servohil/model/servomotor.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -8,98 +9,179 @@
 namespace servohil::model {
 namespace {
 
-/// The algebraic part, X(1) to X(7) of Appendix E and Q8.
+/// The algebraic part: X(1) to X(7) of Appendix E, Q8, and the compliances that go with them.
 struct Algebraic {
   double x1, x2, x4, alpha;
   double Q3, Q4, Q5, Q6, Q8;
+  double G3, G5, G6;  ///< full: conductances of the orifices [in⁵/(lbf s)]
+  double S3;  ///< compressibility under the piston, 1/K [1/psi]
+  double C4;  ///< compliance above the plunger [in⁵/lbf]
+  double C8;  ///< stabilizer's capacity [in⁵/lbf]
 };
 
-inline Algebraic Solve(const Derived& d, const StateVector& y, double P1) noexcept {
+inline double PlungerAgainstBushing(const Derived& d, double P4, Plunger plunger) noexcept {
+  switch (plunger) {
+    case Plunger::kAtLowerStop: return -d.plunger_travel;
+    case Plunger::kAtUpperStop: return d.plunger_travel;
+    default: return (P4 * d.A2 - d.Fs) / d.k2;  // (2.2)
+  }
+}
+
+inline double RelayPistonPosition(const Derived& d, double P1) noexcept {
+  const double x1 = P1 * d.A1 / d.k1;  // (2.1)
+  return x1 <= 0.0 && d.full ? 0.0 : x1 >= d.x1_stop ? d.x1_stop : x1;
+}
+
+/// C8 = V8/K + V_gas/(k P8), V_gas = V_a (P_charge/P8)^(1/k), absolute; V8/K with the diaphragm on its seat.
+inline double StabilizerCapacity(const Derived& d, double P8, bool seated) noexcept {
+  if (!d.full) return d.V8 / d.beta + d.Va / (d.k_gas * P8);  // (5.7)
+  const double oil = d.V8 * d.oil.Compressibility(P8);
+  if (seated) return oil;
+  const double P8_abs = std::max(P8 + kAtmospherePsi, 1e-3);  // a stage may look there, no state is
+  return oil + d.Va * std::pow(d.charge_abs / P8_abs, 1.0 / d.k_gas) / (d.k_gas * P8_abs);
+}
+
+inline Algebraic Solve(const Derived& d, const StateVector& y, const Mode& mode, double P1) noexcept {
   const double P3 = y[kP3];
   const double P4 = y[kP4];
-  Algebraic a;              // NOLINT(cppcoreguidelines-pro-type-member-init): every member is set below
-  a.x1 = P1 * d.A1 / d.k1;  // (2.1)
+  const double P2 = y[kP2];
+  Algebraic a;  // NOLINT(cppcoreguidelines-pro-type-member-init): every member is set below
+  a.x1 = RelayPistonPosition(d, P1);
   a.x4 = d.cam.At(y[kX3]);  // (2.15)
   a.alpha = d.cam.SlopeAt(y[kX3]);
-  const double x2_minus_x4 = (P4 * d.A2 - d.Fs) / d.k2;  // (2.2)
+  const double x2_minus_x4 = PlungerAgainstBushing(d, P4, mode.plunger);
   a.x2 = x2_minus_x4 + a.x4;
-  a.Q3 = OrificeFlow(d.P2 - P3, d.U + x2_minus_x4, d.cr2, d.k_metering);  // (2.5)
-  a.Q6 = OrificeFlow(P3, d.U - x2_minus_x4, d.cr2, d.k_metering);         // (2.6)
-  a.Q5 = OrificeFlow(P4, a.x2 - a.x1, d.cr1, d.k_relay);                  // (2.4)
-  a.Q4 = CapillaryFlow(d.P2 - P4, d.capillary_a, d.capillary_b);          // (2.3)
-  a.Q8 = d.G7 * (P3 - y[kP8]);                                            // (5.2)
+  if (d.full) {
+    const double p_t = d.p_transition;
+    const double open3 = OpeningSquared(d.U + x2_minus_x4, d.cr2, d.h_metering);
+    const double open6 = OpeningSquared(d.U - x2_minus_x4, d.cr2, d.h_metering);
+    const double open5 = OpeningSquared(a.x2 - a.x1, d.cr1, d.h_relay);
+    a.G3 = OrificeConductance(P2 - P3, open3, d.k_metering, p_t);
+    a.G6 = OrificeConductance(P3 - d.Pe, open6, d.k_metering, p_t);
+    a.G5 = OrificeConductance(P4 - d.Pe, open5, d.k_relay, p_t);
+    a.Q3 = a.G3 * (P2 - P3);
+    a.Q6 = a.G6 * (P3 - d.Pe);
+    a.Q5 = a.G5 * (P4 - d.Pe);
+    a.S3 = d.oil.Compressibility(P3);
+    a.C4 = d.V4 * d.oil.Compressibility(P4) + (mode.plunger == Plunger::kFree ? d.spring_compliance : 0.0);
+  } else {
+    a.Q3 = OrificeFlow(P2 - P3, d.U + x2_minus_x4, d.cr2, d.k_metering);  // (2.5)
+    a.Q6 = OrificeFlow(P3, d.U - x2_minus_x4, d.cr2, d.k_metering);       // (2.6)
+    a.Q5 = OrificeFlow(P4, a.x2 - a.x1, d.cr1, d.k_relay);                // (2.4)
+    a.S3 = 1.0 / d.beta;
+    a.C4 = d.V4 / d.beta + d.spring_compliance;
+  }
+  a.Q4 = CapillaryFlow(P2 - P4, d.capillary_a, d.capillary_b);  // (2.3)
+  if (d.stabilizer) {
+    a.Q8 = CapillaryFlow(P3 - y[kP8], d.R7, d.b7);  // (5.2)
+    a.C8 = StabilizerCapacity(d, y[kP8], mode.diaphragm_seated);
+  } else {
+    a.Q8 = 0.0;
+    a.C8 = 1.0;
+  }
   return a;
+}
+
+/// Load and friction on a moving piston [lbf], both against upward motion.
+inline double Resistance(const Derived& d, double x3, double v3, Motion motion) noexcept {
+  if (motion == Motion::kFree) return d.A3 * d.load_up.PressureAt(x3) + d.C_viscous * v3;
+  const double slip = v3 * d.inverse_stribeck;
+  const double dry = d.full ? d.F_coulomb + (d.F_breakaway - d.F_coulomb) / (1.0 + slip * slip) : d.F_coulomb;
+  return motion == Motion::kUp ? d.A3 * d.load_up.PressureAt(x3) + dry + d.C_viscous * v3
+                               : d.A3 * d.load_down.PressureAt(x3) - d.closing_ratio * dry + d.C_viscous * v3;
+}
+
+inline double PumpFlow(const Derived& d, double P2) noexcept {
+  return d.pump_flow * std::clamp((d.P2 - P2) * d.inverse_band, 0.0, 1.0);
 }
 
 }  // namespace
 
-StateVector Rates(const Derived& d, const StateVector& y, Motion motion, double p1_psi) noexcept {
-  const Algebraic a = Solve(d, y, p1_psi);
+StateVector Rates(const Derived& d, const StateVector& y, const Mode& mode, double p1_psi) noexcept {
+  const Algebraic a = Solve(d, y, mode, p1_psi);
   const double x3 = y[kX3];
   const double v3 = y[kV3];
   const double P3 = y[kP3];
   StateVector rate;
-  if (motion == Motion::kStuck) {
+  if (mode.PistonRests()) {
     rate[kX3] = 0.0;
     rate[kV3] = 0.0;
   } else {
-    const double F_friction = motion == Motion::kUp     ? d.F_coulomb
-                              : motion == Motion::kDown ? -d.F_coulomb
-                                                        : 0.0;
     rate[kX3] = v3;
-    rate[kV3] = (d.A3 * (P3 - d.load.PressureAt(x3)) - d.C * v3 - F_friction) / d.M;
+    rate[kV3] = (d.A3 * P3 - Resistance(d, x3, v3, mode.motion) - d.C * v3) / d.M;
   }
-  rate[kP3] = d.beta * (a.Q3 - a.Q6 - a.Q8 - d.A3 * v3 - d.c3 * P3) / (d.V3_at_zero + d.A3 * x3);
-  rate[kP4] = (a.Q4 - a.Q5 - d.A2 * a.alpha * v3) / d.relay_compliance;
-  // Q8/(V8/beta + Va/(k P8)), written so that one division is enough. Without a stabilizer P8 is P3.
-  rate[kP8] = d.stabilizer ? a.Q8 * y[kP8] / (d.V8_over_beta * y[kP8] + d.Va_over_k) : rate[kP3];
+  rate[kP3] = (a.Q3 - a.Q6 - a.Q8 - d.A3 * v3 - d.c3 * (P3 - d.Pe)) / ((d.V3_at_zero + d.A3 * x3) * a.S3);
+  rate[kP4] = (a.Q4 - a.Q5 - d.A2 * a.alpha * v3) / a.C4;
+  rate[kP8] = d.stabilizer ? a.Q8 / a.C8 : rate[kP3];
+  rate[kP2] = d.pump_flow > 0.0 ? (PumpFlow(d, y[kP2]) - a.Q3 - a.Q4) / d.C2 : 0.0;
   return rate;
 }
 
 Outputs ComputeOutputs(const Derived& d, const State& state, double p1_psi) noexcept {
-  const Algebraic a = Solve(d, state.Vector(), p1_psi);
+  const Algebraic a = Solve(d, state.Vector(), state.mode, p1_psi);
   double friction_lbf = 0.0;
-  switch (state.motion) {
+  switch (state.mode.motion) {
+    case Motion::kStuck: friction_lbf = DriveUp(d, state); break;
     case Motion::kFree:
-      break;
-    case Motion::kStuck:
-      friction_lbf = DriveForce(d, state);
-      break;
     case Motion::kUp:
-      friction_lbf = d.F_coulomb;
+      friction_lbf = Resistance(d, state.x3_in, state.v3_in_s, state.mode.motion) -
+                     d.A3 * d.load_up.PressureAt(state.x3_in);
       break;
     case Motion::kDown:
-      friction_lbf = -d.F_coulomb;
+      friction_lbf = Resistance(d, state.x3_in, state.v3_in_s, state.mode.motion) -
+                     d.A3 * d.load_down.PressureAt(state.x3_in);
       break;
+    case Motion::kAtLowerStop:
+    case Motion::kAtUpperStop: break;
   }
   return {a.x1, a.x2, a.x4, a.Q3, a.Q4, a.Q5, a.Q6, a.Q8, friction_lbf / d.A3};
 }
 
-double FastestRate(const Derived& d, const State& s, double p1_psi) noexcept {
-  const Algebraic a = Solve(d, s.Vector(), p1_psi);
-  const double V3 = d.V3_at_zero + d.A3 * s.x3_in;
-  const double port = a.x2 - a.x1;
-  const double sqrt_P4 = std::sqrt(std::fabs(s.p4_psi));
-  const auto orifice_slope = [](double Q, double dP) noexcept {
+TimeScales TimeScalesAt(const Derived& d, const State& s, double p1_psi) noexcept {
+  const Algebraic a = Solve(d, s.Vector(), s.mode, p1_psi);
+  const auto slope = [&](double G, double Q, double dP) noexcept {
+    if (d.full) return G;
     return dP == 0.0 ? std::numeric_limits<double>::infinity() : std::fabs(Q / (2.0 * dP));
   };
-  // d/dx sqrt(x² + c²) is at most 1, and 0 where the port is closed.
-  const double dQ5 = orifice_slope(a.Q5, s.p4_psi) + (port > 0.0 ? d.k_relay * sqrt_P4 * d.A2 / d.k2 : 0.0);
-  const double relay = (dQ5 + 1.0 / d.capillary_a) / d.relay_compliance;
-  const double dQ3_dQ6 = orifice_slope(a.Q3, d.P2 - s.p3_psi) + orifice_slope(a.Q6, s.p3_psi);
-  const double stabilizer = d.stabilizer ? d.G7 * s.p8_psi / (d.V8_over_beta * s.p8_psi + d.Va_over_k) : 0.0;
-  const double oil_spring = std::sqrt(d.beta * d.A3 * d.A3 / (V3 * d.M));
-  const double piston = d.beta / V3 * (dQ3_dQ6 + d.c3 + d.G7) + stabilizer + oil_spring;
-  return relay > piston ? relay : piston;
+  // dQ5/dx2: 0 where the port is closed or fully open.
+  const double x = a.x2 - a.x1;
+  const double dQ5_dx2 = x > 0.0 && x < d.h_relay ? std::fabs(a.Q5) * x / (x * x + d.cr1 * d.cr1) : 0.0;
+  const double relay = (slope(a.G5, a.Q5, s.p4_psi - d.Pe) + dQ5_dx2 * d.A2 / d.k2 + 1.0 / d.capillary_a) / a.C4;
+  const double V3 = d.V3_at_zero + d.A3 * s.x3_in;
+  const double G7 = d.stabilizer ? 1.0 / d.R7 : 0.0;
+  const double inverse_C3 = 1.0 / (V3 * a.S3);
+  const double oil_spring = std::sqrt(d.A3 * d.A3 * inverse_C3 / d.M);
+  const double piston =
+      inverse_C3 * (slope(a.G3, a.Q3, s.p2_psi - s.p3_psi) + slope(a.G6, a.Q6, s.p3_psi - d.Pe) + d.c3 + G7) +
+      G7 / a.C8 + oil_spring;
+  double cavity = 0.0;
+  double ports = 0.0;
+  if (d.full) {
+    constexpr double kCornerIn = 0.002;
+    const double P4_rate = (a.Q4 - a.Q5 - d.A2 * a.alpha * s.v3_in_s) / a.C4;
+    ports = s.mode.plunger == Plunger::kFree ? std::fabs(P4_rate) * d.A2 / d.k2 / kCornerIn : 0.0;
+    const double surplus = a.Q3 - a.Q6 - a.Q8 - d.A3 * s.v3_in_s - d.c3 * (s.p3_psi - d.Pe);
+    cavity = std::fabs(inverse_C3 * surplus / (s.p3_psi - d.oil.LowestPsi()));
+  }
+  return {relay > piston ? relay : piston, cavity, ports};
 }
 
-double DriveForce(const Derived& d, const State& state) noexcept {
-  return d.A3 * (state.p3_psi - d.load.PressureAt(state.x3_in));
+double RelayPortOpening(const Derived& d, const State& s, double p1_psi) noexcept {
+  return PlungerAgainstBushing(d, s.p4_psi, s.mode.plunger) + d.cam.At(s.x3_in) - RelayPistonPosition(d, p1_psi);
+}
+
+double DriveUp(const Derived& d, const State& state) noexcept {
+  return d.A3 * (state.p3_psi - d.load_up.PressureAt(state.x3_in));
+}
+
+double DriveDown(const Derived& d, const State& state) noexcept {
+  return d.A3 * (state.p3_psi - d.load_down.PressureAt(state.x3_in));
 }
 
 bool IsInDomain(const Derived& d, const State& state) noexcept {
+  const double lowest_gas_psi = d.full ? -kAtmospherePsi : 0.0;
   return state.Vector().allFinite() && d.V3_at_zero + d.A3 * state.x3_in > 0.0 &&
-         (!d.stabilizer || state.p8_psi > 0.0);
+         (!d.stabilizer || state.p8_psi > lowest_gas_psi);
 }
 
 }  // namespace servohil::model

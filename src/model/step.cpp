@@ -3,19 +3,38 @@
 #include <algorithm>
 #include <cmath>
 
+#include "events.hpp"
+#include "servohil/model/rosenbrock.hpp"
 #include "servohil/model/runge_kutta.hpp"
 #include "servohil/model/servomotor.hpp"
 
 namespace servohil::model {
 namespace {
 
-State Integrate(const Derived& d, const State& s, double p1_psi, double h_s) noexcept {
-  const auto rates = [&](const StateVector& y) noexcept { return Rates(d, y, s.motion, p1_psi); };
-  return State::From(RungeKutta4<StateVector>(rates, s.Vector(), h_s), s.motion);
+/// What a step needs besides the state.
+struct Context {
+  const Derived& d;
+  double p1_psi;
+  bool stiff;
+};
+
+StateVector RatesAt(const Context& c, const State& s) noexcept { return Rates(c.d, s.Vector(), s.mode, c.p1_psi); }
+
+State Integrate(const Context& c, const State& s, double h_s) noexcept {
+  const auto rates = [&](const StateVector& y) noexcept { return Rates(c.d, y, s.mode, c.p1_psi); };
+  if (!c.stiff) return State::From(RungeKutta4<StateVector>(rates, s.Vector(), h_s), s.mode);
+  StateVector scale;  // of x3, v3 and the pressures: inch, inch per second, psi
+  scale << 1.0, 1.0, 1.0, 0.1, 1.0, 1.0;
+  StateVector y = Rodas3<StateVector>(rates, s.Vector(), h_s, scale);
+  if (s.mode.PistonRests()) {  // to the last bit, whatever the linear solver rounds
+    y[kX3] = s.x3_in;
+    y[kV3] = 0.0;
+  }
+  if (!c.d.stabilizer) y[kP8] = y[kP3];
+  return State::From(y, s.mode);
 }
 
-/// First zero in [0, 1] of the cubic with values f0 > 0 (or 0 and rising), f1 < 0 and slopes m0, m1 at the
-/// ends.
+/// First zero in [0, 1] of the cubic with values f0 > 0 (or 0 and rising), f1 < 0 and slopes m0, m1 at the ends.
 double HermiteZero(double f0, double m0, double f1, double m1) noexcept {
   if (f0 <= 0.0 && m0 <= 0.0) return 0.0;
   double low = 0.0;
@@ -29,83 +48,72 @@ double HermiteZero(double f0, double m0, double f1, double m1) noexcept {
   return 0.5 * (low + high);
 }
 
-/// Fraction of the step h at which the motion of `from` ends, given the state `to` at its end; above 1: not
-/// in it.
-double EventFraction(const Derived& d, const State& from, const State& to, double p1_psi,
-                     double h_s) noexcept {
-  constexpr double kNone = 2.0;
-  switch (from.motion) {
-    case Motion::kFree:
-      return kNone;
-    case Motion::kUp:
-    case Motion::kDown: {
-      const double sign = from.motion == Motion::kUp ? 1.0 : -1.0;
-      if (!(sign * to.v3_in_s < 0.0)) return kNone;
-      const double m0 = h_s * Rates(d, from.Vector(), from.motion, p1_psi)[kV3];
-      const double m1 = h_s * Rates(d, to.Vector(), from.motion, p1_psi)[kV3];
-      return HermiteZero(sign * from.v3_in_s, sign * m0, sign * to.v3_in_s, sign * m1);
-    }
-    case Motion::kStuck: {
-      const double drive1 = DriveForce(d, to);
-      const double drive0 = DriveForce(d, from);
-      if (std::fabs(drive0) > d.F_coulomb) return 0.0;
-      if (!(std::fabs(drive1) > d.F_coulomb)) return kNone;
-      // At rest x3 and so the load are constant: the drive's rate is A3 dP3/dt.
-      const double sign = std::copysign(1.0, drive1);
-      const double m0 = h_s * d.A3 * Rates(d, from.Vector(), from.motion, p1_psi)[kP3];
-      const double m1 = h_s * d.A3 * Rates(d, to.Vector(), from.motion, p1_psi)[kP3];
-      return HermiteZero(d.F_coulomb - sign * drive0, -sign * m0, d.F_coulomb - sign * drive1, -sign * m1);
-    }
+struct Event {
+  double fraction = 2.0;  ///< of the sub-step; above 1: none
+  std::size_t guard = 0;
+};
+
+/// The first event between two states of one mode.
+Event FirstEvent(const Context& c, const State& from, const State& to, double h_s) noexcept {
+  const auto ended = [](const Guard& g) noexcept { return g.value < 0.0; };
+  const Guards values = GuardsOf(c.d, to, c.p1_psi, StateVector::Zero());
+  if (std::none_of(values.begin(), values.end(), ended)) return {};
+  const Guards end = GuardsOf(c.d, to, c.p1_psi, RatesAt(c, to));
+  const Guards begin = GuardsOf(c.d, from, c.p1_psi, RatesAt(c, from));
+  Event first;
+  for (std::size_t i = 0; i < end.size(); ++i) {
+    if (!ended(end[i])) continue;
+    const double fraction = HermiteZero(begin[i].value, h_s * begin[i].rate, end[i].value, h_s * end[i].rate);
+    if (fraction < first.fraction) first = {fraction, i};
   }
-  return kNone;
+  return first;
 }
 
-/// Sub-steps that the state asks for: at least 1, more than kMaxSubSteps where that would not do.
-int WantedSubSteps(const Derived& d, const State& s, double p1_psi, double h_s) noexcept {
-  const double wanted = h_s * FastestRate(d, s, p1_psi);
-  if (wanted <= 1.0) return 1;
-  // Also where a pressure difference is 0 and the rate infinite or not a number.
-  if (!(wanted <= kMaxSubSteps)) return kMaxSubSteps + 1;
-  return static_cast<int>(std::ceil(wanted));
-}
-
-State SubStep(const Derived& d, const State& state, double p1_psi, double h_s) noexcept {
+State SubStep(const Context& c, const State& state, double h_s) noexcept {
   State s = state;
   double left_s = h_s;
   for (int event = 0; event < kMaxEventsPerSubStep; ++event) {
-    const State end = Integrate(d, s, p1_psi, left_s);
-    const double fraction = EventFraction(d, s, end, p1_psi, left_s);
-    if (fraction > 1.0) return end;
-    const double until_event_s = fraction * left_s;
-    if (until_event_s > 0.0) s = Integrate(d, s, p1_psi, until_event_s);
+    const State end = Integrate(c, s, left_s);
+    const Event first = FirstEvent(c, s, end, left_s);
+    if (first.fraction > 1.0) return end;
+    const double until_event_s = first.fraction * left_s;
+    if (until_event_s > 0.0) s = Integrate(c, s, until_event_s);
     left_s -= until_event_s;
-    if (s.motion == Motion::kStuck) {
-      // The root is where the drive passes breakaway; rounding must not leave the piston stuck there.
-      s.motion = DriveForce(d, s) > 0.0 ? Motion::kUp : Motion::kDown;
-    } else {
-      s.v3_in_s = 0.0;
-      s.motion = MotionFromRest(d, s);
-    }
+    s = AfterEvent(c.d, s, first.guard);
   }
   s.v3_in_s = 0.0;
-  s.motion = Motion::kStuck;
-  return Integrate(d, s, p1_psi, left_s);
+  if (!s.mode.PistonRests()) s.mode.motion = Motion::kStuck;
+  return Integrate(c, s, left_s);
 }
 
 }  // namespace
 
-Motion MotionFromRest(const Derived& d, const State& state) noexcept {
-  if (d.F_coulomb == 0.0) return Motion::kFree;
-  const double drive = DriveForce(d, state);
-  if (std::fabs(drive) <= d.F_coulomb) return Motion::kStuck;
-  return drive > 0.0 ? Motion::kUp : Motion::kDown;
+Mode ModeAtRest(const Derived& d, const State& state) noexcept {
+  Mode mode = MotionFromRest(d, state);
+  mode.diaphragm_seated = d.stabilizer && state.p8_psi < d.precharge;
+  return mode;
 }
 
 StepResult Step(const Derived& d, const State& state, double p1_psi, double h_s) noexcept {
-  const int wanted = WantedSubSteps(d, state, p1_psi, h_s);
-  StepResult result{state, std::min(wanted, kMaxSubSteps), wanted <= kMaxSubSteps};
-  for (int i = 0; i < result.sub_steps; ++i)
-    result.state = SubStep(d, result.state, p1_psi, h_s / result.sub_steps);
+  StepResult result{state};
+  for (double left_s = h_s; left_s > 0.0;) {
+    const TimeScales scales = TimeScalesAt(d, result.state, p1_psi);
+    double wanted = left_s * scales.fastest_mode / kRateTimesSubStep;
+    // The comparison is false where the rate is not a number.
+    const bool stiff = d.full && !(wanted * h_s <= kMostRungeKuttaSubSteps * left_s);
+    if (stiff) wanted = kRosenbrockSubSteps * left_s / h_s;
+    wanted = std::ceil(std::max({1.0, wanted, left_s * scales.cavity / kCavityShare, left_s * scales.ports}));
+
+    const double budget = kMaxSubSteps - result.sub_steps;
+    if (!(wanted <= budget)) {
+      result.resolved = false;
+      wanted = budget;
+    }
+    const double sub_step_s = left_s / wanted;
+    result.state = SubStep({d, p1_psi, stiff}, result.state, sub_step_s);
+    ++result.sub_steps;
+    left_s = wanted <= 1.0 ? 0.0 : left_s - sub_step_s;
+  }
   return result;
 }
 

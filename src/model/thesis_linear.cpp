@@ -42,7 +42,7 @@ ThesisCoefficients ThesisCoefficientsAt(const Parameters& p, const Derived& d, c
   c.B6 = c.k3 * c.B2 / c.A3 + (c.a1 + c.a2) * c.alpha;
 
   c.stabilizer = d.stabilizer;
-  c.a5 = d.G7;
+  c.a5 = d.stabilizer ? 1.0 / d.R7 : 0.0;
   c.C8 = p.stabilizer.gas_volume_in3 / (p.stabilizer.polytropic_index * P3);  // V8/beta left out, section 5.4
   c.B7 = c.stabilizer ? c.C8 / c.a5 : 0.0;
   c.B8 = c.B2 * c.B7 + c.a5 * c.B7 + c.v3_over_beta;

@@ -90,7 +90,7 @@ TEST(Configuration, TheLoadTableIsChecked) {
     std::ofstream(file) << text;
     return ErrorOf({"load.file=\"" + file + "\""});
   };
-  EXPECT_EQ(error_for("x3_in,p3_psi\n1,60\n"), file + ": 1 rows, expected 2 to 256");
+  EXPECT_EQ(error_for("x3_in,p3_psi\n1,60\n"), file + ": 1 rows, expected 2 to 254");
   EXPECT_EQ(error_for("x3_in,p3_psi\n1,60\n1,70\n"),
             file + ":3: x3_in must rise from row to row; this one is not above the one before");
   EXPECT_EQ(error_for("x3_in,p3_psi\n1,60\n2,abc\n"), file + ":3: \"abc\" is not a number");

@@ -62,7 +62,7 @@ TEST(SimulationTask, CountsTheTicksOfLateWakeUpsAndLatchesTimingInvalid) {
 }
 
 TEST(SimulationTask, CommandAgeAndModeFollowTheCommands) {
-  const testing::DefaultSetup setup({"stabilizer.enabled=true"});
+  const testing::DefaultSetup setup({"model.physics=thesis", "stabilizer.enabled=true"});
   SimulationTask task(setup.derived, setup.start, setup.contract, setup.Options());
   const rt::LoopTiming in_time;
   task.Wake(in_time);

@@ -19,7 +19,7 @@ TEST(Simulation, RestsUntilItIsTicked) {
 }
 
 TEST(Simulation, AStateOutsideTheModelIsNeverShown) {
-  const testing::DefaultSetup setup({"stabilizer.enabled=true"});
+  const testing::DefaultSetup setup({"model.physics=thesis", "stabilizer.enabled=true"});
   Simulation simulation(setup.derived, setup.start);
   int ticks = 0;
   Sample last = simulation.Now();

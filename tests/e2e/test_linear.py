@@ -183,7 +183,7 @@ def map_rows(path):
 
 def test_map_is_the_single_points(tmp_path):
     target = tmp_path / "map.csv"
-    program.run("linear", "--x3", 4, "--map", "servo.bulk_modulus_psi=60e3:230e3:5", "servo.underlap_in=0:0.004:3",
+    program.run("linear", *program.settings({}), "--x3", 4, "--map", "servo.bulk_modulus_psi=60e3:230e3:5", "servo.underlap_in=0:0.004:3",
                 "-o", target)
     rows = map_rows(target)
     assert len(rows) == 15
@@ -197,13 +197,13 @@ def test_map_is_the_single_points(tmp_path):
 
 def test_map_marks_points_without_a_steady_state(tmp_path):
     target = tmp_path / "map.csv"
-    program.run("linear", "--x3", 4, "--map", "supply.pressure_psi=90:300:2", "cam.alpha=0.3:0.4:2", "-o", target)
+    program.run("linear", *program.settings({}), "--x3", 4, "--map", "supply.pressure_psi=90:300:2", "cam.alpha=0.3:0.4:2", "-o", target)
     assert [r["status"] for r in map_rows(target)] == ["no steady state"] * 2 + ["stable"] * 2
 
 
 def test_map_plot(tmp_path):
     target, picture = tmp_path / "map.csv", tmp_path / "map.png"
-    program.run("linear", "--x3", 4, "--map", "servo.bulk_modulus_psi=60e3:230e3:5", "servo.underlap_in=0:0.004:5",
+    program.run("linear", *program.settings({}), "--x3", 4, "--map", "servo.bulk_modulus_psi=60e3:230e3:5", "servo.underlap_in=0:0.004:5",
                 "-o", target)
     subprocess.run([str(TOOLS / "plot_map.py"), str(target), "-o", str(picture)], check=True, timeout=60)
     assert picture.read_bytes().startswith(b"\x89PNG")

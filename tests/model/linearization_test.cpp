@@ -27,7 +27,7 @@ struct Equations {
     const auto port = [](Wide k, Wide x, Wide c, Wide dP) {
       return k * std::sqrt(((x > 0 ? x * x : 0) + c * c) * dP);
     };
-    const Wide load = d.load.PressureAt(x3_in) + d.load.SlopeAt(x3_in) * (x3 - x3_in);
+    const Wide load = d.load_up.PressureAt(x3_in) + d.load_up.SlopeAt(x3_in) * (x3 - x3_in);
     const Wide alpha = d.cam.SlopeAt(x3_in);
     const Wide x4 = d.cam.At(x3_in) + alpha * (x3 - x3_in);
     const Wide x = (P4 * d.A2 - d.Fs) / d.k2;
@@ -37,10 +37,10 @@ struct Equations {
     const Wide Q5 = port(d.k_relay, x + x4 - x1, d.cr1, P4);
     const Wide Q4 = (-1 + std::sqrt(1 + 4 * static_cast<Wide>(d.capillary_b) * (d.P2 - P4) / d.capillary_a)) /
                     (2 * static_cast<Wide>(d.capillary_b));
-    const Wide Q8 = d.G7 * (P3 - P8);
+    const Wide Q8 = d.stabilizer ? (P3 - P8) / d.R7 : Wide{0};
     return {v3, (d.A3 * (P3 - load) - d.C * v3) / d.M,
             d.beta * (Q3 - Q6 - Q8 - d.A3 * v3 - d.c3 * P3) / (d.V3_at_zero + d.A3 * x3),
-            (Q4 - Q5 - d.A2 * alpha * v3) / d.relay_compliance, Q8 / (d.V8_over_beta + d.Va_over_k / P8)};
+            (Q4 - Q5 - d.A2 * alpha * v3) / (d.V4 / d.beta + d.spring_compliance), Q8 / (d.V8 / d.beta + d.Va / d.k_gas / P8)};
   }
 };
 
@@ -133,7 +133,7 @@ TEST(Linearize, TheInputMovesTheRelayOnly) {
   EXPECT_EQ(b[kX3], 0.0);
   EXPECT_EQ(b[kV3], 0.0);
   EXPECT_EQ(b[kP3], 0.0);
-  EXPECT_NEAR(b[kP4] / (dQ5 * d.A1 / d.k1 / d.relay_compliance), 1.0, 1e-10);
+  EXPECT_NEAR(b[kP4] / (dQ5 * d.A1 / d.k1 / (d.V4 / d.beta + d.spring_compliance)), 1.0, 1e-10);
 }
 
 TEST(Linearize, TakesTheRightSideOfAKink) {

@@ -19,10 +19,11 @@ inline LoadCurve ThesisLoad() {
   return LoadCurve(kPoints);
 }
 
-/// Table II with the errata.
+/// Table II with the errata, the thesis' equations.
 inline Parameters Nominal() {
   Parameters p;
-  p.load = ThesisLoad();
+  p.physics = Physics::kThesis;
+  p.load.opening = ThesisLoad();
   return p;
 }
 

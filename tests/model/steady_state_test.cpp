@@ -63,8 +63,8 @@ TEST(SteadyState, SaysWhyThereIsNone) {
 }
 
 TEST(SteadyState, AtRestUnderFrictionThePistonIsStuck) {
-  EXPECT_EQ(SteadyStateAt(Derived(testing::Nominal()), 4.0).state.motion, Motion::kFree);
-  EXPECT_EQ(SteadyStateAt(Derived(testing::WithFriction(5.0)), 4.0).state.motion, Motion::kStuck);
+  EXPECT_EQ(SteadyStateAt(Derived(testing::Nominal()), 4.0).state.mode.motion, Motion::kFree);
+  EXPECT_EQ(SteadyStateAt(Derived(testing::WithFriction(5.0)), 4.0).state.mode.motion, Motion::kStuck);
 }
 
 }  // namespace

@@ -38,6 +38,7 @@ struct PublishSettings {
 struct Configuration {
   model::Parameters model;
   std::string load_file = "load_curve.csv";
+  std::string load_closing_file;  ///< empty: one curve for both directions
   double start_x3_in = 4.0;
   LoopSettings loop;
   CanSettings can;
@@ -47,7 +48,8 @@ struct Configuration {
 /// Where a key's value lives in a Configuration.
 using Place = std::variant<double& (*)(Configuration&), int& (*)(Configuration&), bool& (*)(Configuration&),
                            std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
-                           model::CamShape& (*)(Configuration&)>;
+                           model::Physics& (*)(Configuration&), model::OilName& (*)(Configuration&),
+                           model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&)>;
 
 struct Key {
   const char* name;  ///< "servo.underlap_in"
@@ -59,6 +61,24 @@ struct Key {
 };
 
 std::span<const Key> KeyTable();
+
+/// The names that a choice has in the file, in the order of its enumerators.
+inline std::span<const char* const> NamesOf(model::Physics) {
+  static constexpr const char* kNames[] = {"thesis", "full"};
+  return kNames;
+}
+inline std::span<const char* const> NamesOf(model::OilName) {
+  static constexpr const char* kNames[] = {"custom", "mil_h_5606", "iso_vg_32"};
+  return kNames;
+}
+inline std::span<const char* const> NamesOf(model::CamShape) {
+  static constexpr const char* kNames[] = {"single", "two_slope"};
+  return kNames;
+}
+inline std::span<const char* const> NamesOf(model::LoadBeyond) {
+  static constexpr const char* kNames[] = {"extrapolate", "hold"};
+  return kNames;
+}
 
 /// Reads `file` (or the default configuration when empty), applies `settings` ("KEY=VALUE") in order, reads
 /// the load table, checks everything. Relative paths in the file are relative to the file, in `settings` to

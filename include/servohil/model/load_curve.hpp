@@ -1,6 +1,7 @@
 #pragma once
 /// External steady-state load on the piston, thesis Figure 3 and Appendix E (FTABLE):
-///   F_L(x3) = A3 p_L(x3),   p_L linear between the rows of a table, its end segments extended beyond them
+///   F_L(x3) = A3 p_L(x3),   p_L linear between the rows of a table; beyond them its end segments are extended, or
+///   its end values held
 ///   x3 [in]   p_L [psi]: the pressure under the piston that carries the load at rest
 
 #include <array>
@@ -12,7 +13,7 @@ namespace servohil::model {
 
 class LoadCurve {
  public:
-  static constexpr std::size_t kMaxPoints = 256;
+  static constexpr std::size_t kMaxPoints = 254;  ///< of a table; two more where its ends are held
 
   struct Point {
     double x3_in = 0.0;
@@ -22,6 +23,9 @@ class LoadCurve {
   LoadCurve() = default;
   /// @pre 2 to kMaxPoints points, x3 strictly increasing, all finite (the reader of the file checks it)
   explicit LoadCurve(std::span<const Point> points) noexcept;
+
+  /// The same curve with its end values held beyond its ends.
+  LoadCurve Held() const noexcept;
 
   /// p_L(x3) [psi]. Any finite x3. Real-time safe.
   double PressureAt(double x3_in) const noexcept {
@@ -50,9 +54,9 @@ class LoadCurve {
 
   std::size_t size_ = 2;
   double bins_per_in_ = 0.0;
-  std::array<double, kMaxPoints> x_{0.0, 1.0};
-  std::array<double, kMaxPoints> p_{};
-  std::array<double, kMaxPoints> slope_{};
+  std::array<double, kMaxPoints + 2> x_{0.0, 1.0};
+  std::array<double, kMaxPoints + 2> p_{};
+  std::array<double, kMaxPoints + 2> slope_{};
   std::array<std::uint8_t, kBins> first_segment_{};  ///< segment at the left edge of each bin
 };
 

@@ -16,6 +16,10 @@ enum class SteadyStateError : std::uint8_t {
   kNoFlowBalance,         ///< no plunger position balances Q3, Q6 and leakage
   kRelayPressureOutside,  ///< the plunger position needs P4 outside (0, P2)
   kRelayPortTooOpen,      ///< even the closed relay port passes more than the capillary delivers
+  kRelayPortTooSmall,     ///< not even the fully open relay port passes what the capillary delivers
+  kPlungerAtStop,         ///< the plunger would have to be beyond its stops
+  kRelayPistonAtStop,     ///< the relay piston would have to be beyond its stops
+  kPumpTooSmall,          ///< the pump delivers less than the servomotor consumes at rest
   kNoPositionForP1,       ///< no x3 in [0, stroke] has this P1
 };
 

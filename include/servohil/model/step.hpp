@@ -1,12 +1,12 @@
 #pragma once
-/// One integration step: RK4 in as many sub-steps as the fastest mode asks for, with Coulomb friction as an
-/// event, not as a discontinuity inside a stage.
+/// One integration step, in as many sub-steps as the fastest mode asks for, with friction, stops and contacts as
+/// events, not as discontinuities inside a stage.
 ///
-/// Between events the motion (stuck, up, down) is fixed, so that the equations are smooth and RK4 keeps its
-/// order. A step that ends beyond an event is cut there: the event's place is the root of the cubic Hermite
-/// interpolant of v3 (reversal) or of the drive force (breakaway), as accurate as the step itself. At v3 = 0
-/// the piston sticks while |drive| <= breakaway, else it slides with the drive. At rest x3 does not change at
-/// all.
+/// Between events the mode is fixed, so that the equations are smooth and the integrator keeps its order. A sub-step
+/// that ends beyond an event is cut there: the event's place is the root of the cubic Hermite interpolant of the
+/// quantity that changes sign (velocity, drive force, position, pressure). At v3 = 0 the piston sticks while its
+/// drive is within breakaway, else it slides with the drive; at a stop it rests while its drive presses it there.
+/// At rest x3 does not change at all.
 
 #include "servohil/model/derived.hpp"
 #include "servohil/model/state.hpp"
@@ -15,26 +15,37 @@ namespace servohil::model {
 
 inline constexpr double kTickS = 1.0e-4;  ///< integration step [s]: 0.1 ms, the thesis' DELT (Appendix H)
 
-/// Sub-steps of one step: enough that each is at most 1/FastestRate() long, a third of RK4's stability limit,
-/// so that a rate that triples within a step is still stable. Found with the relay port thrown open by a P1
-/// step of -5 psi (rate 5e4 1/s): one step of 0.1 ms was wrong by 3e-3 in, two by 1e-5 in
-/// (tests/data/reference).
-inline constexpr int kMaxSubSteps = 16;
+/// Sub-steps of one step at most. The largest number that 64 scenarios over the whole envelope need is 40, while a
+/// cavity under the piston closes (tests/data/envelope).
+inline constexpr int kMaxSubSteps = 48;
 
-/// Events handled in one sub-step. A reversal at 0.1 ms needs an acceleration change no servomotor has, let
-/// alone four; past it the piston is held for what is left of the sub-step, and the next one begins at rest.
-inline constexpr int kMaxEventsPerSubStep = 4;
+/// RK4's sub-steps times the rate of the fastest mode: a sixth of its stability limit. Found with the relay port
+/// thrown open by a P1 step of -5 psi (5e4 1/s), where one step of 0.1 ms is wrong by 3e-3 in (tests/data/reference),
+/// and with slow arrivals at a stop, which 1e-6 in delay by ticks (tests/data/envelope).
+inline constexpr double kRateTimesSubStep = 0.5;
+
+/// Physics "full": where RK4 would need more sub-steps than this, kRosenbrockSubSteps of the L-stable Rosenbrock
+/// method do as well, whatever the rate.
+inline constexpr double kMostRungeKuttaSubSteps = 24.0;
+inline constexpr double kRosenbrockSubSteps = 8.0;
+
+/// A sub-step lets the distance of P3 to vapour pressure change by no more than this share.
+inline constexpr double kCavityShare = 0.5;
+
+/// Events handled in one sub-step: of each of piston, plunger and diaphragm two. Past it the piston is held for what
+/// is left of the sub-step, and the next one begins at rest.
+inline constexpr int kMaxEventsPerSubStep = 6;
 
 struct StepResult {
   State state;
-  int sub_steps = 1;
+  int sub_steps = 0;
   bool resolved = true;  ///< false: more than kMaxSubSteps would have been needed, the state is less accurate
 };
 
 /// State after h seconds at constant P1. Deterministic, real-time safe.
 StepResult Step(const Derived& d, const State& state, double p1_psi, double h_s = kTickS) noexcept;
 
-/// The motion of a piston at rest in `state`: stuck, or the direction in which it breaks away.
-Motion MotionFromRest(const Derived& d, const State& state) noexcept;
+/// The mode of a state at rest between the stops: stuck, free or about to move, as its pressures are.
+Mode ModeAtRest(const Derived& d, const State& state) noexcept;
 
 }  // namespace servohil::model

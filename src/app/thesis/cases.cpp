@@ -56,9 +56,8 @@ std::vector<std::string> ModelKeys(Configuration configuration) {
           if constexpr (std::is_same_v<T, double>) return Text(v);
           if constexpr (std::is_same_v<T, bool>) return v ? "true" : "false";
           if constexpr (std::is_same_v<T, int>) return std::to_string(v);
-          if constexpr (std::is_same_v<T, std::string>) return v;
-          if constexpr (std::is_same_v<T, model::CamShape>)
-            return v == model::CamShape::kSingle ? "single" : "two_slope";
+          if constexpr (std::is_same_v<T, std::string>) return v.empty() ? "\"\"" : v;
+          if constexpr (std::is_enum_v<T>) return NamesOf(v)[static_cast<std::size_t>(v)];
           return "";
         },
         key.place);

@@ -152,7 +152,7 @@ void LoadAndCam(const MakeCase& make, Folder& folder) {
   std::vector<double> x3, p_load, p1_a, p1_b;
   for (int i = 100; i <= 800; ++i) {
     x3.push_back(0.01 * i);
-    p_load.push_back(b.derived.load.PressureAt(x3.back()));
+    p_load.push_back(b.derived.load_up.PressureAt(x3.back()));
     p1_a.push_back(RequireSteadyStateAt(a.derived, x3.back()).p1_psi);
     p1_b.push_back(RequireSteadyStateAt(b.derived, x3.back()).p1_psi);
   }

@@ -21,7 +21,9 @@ def toml(value):
 
 
 def settings(overrides):
-    return [a for key, value in overrides.items() for a in ("--set", f"{key}={toml(value)}")]
+    """Arguments for these keys; the thesis' physics, which this reference is of, unless they say otherwise."""
+    keys = {"model.physics": "thesis", **overrides}
+    return [a for key, value in keys.items() for a in ("--set", f"{key}={toml(value)}")]
 
 
 def run(*arguments):
@@ -49,4 +51,5 @@ def simulate(overrides, x3_in, duration_s, p1, every=1, directory=None):
 
 
 def steady(x3_in, *overrides):
-    return json.loads(run("steady", *(a for o in overrides for a in settings(o)), "--x3", x3_in, "--json"))
+    merged = {key: value for o in overrides for key, value in o.items()}
+    return json.loads(run("steady", *settings(merged), "--x3", x3_in, "--json"))
