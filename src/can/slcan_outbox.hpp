@@ -11,12 +11,10 @@
 namespace servohil::can::slcan {
 
 /// Lines on their way to the client of a pseudo-terminal, whole or not at all. What a client does not read
-/// fills the terminal:
-///   - then new lines are refused, as a serial adapter does;
-///   - once nothing has fitted in for kStalled, the client has stopped reading: what it has not read is taken
-///   back,
-///     so that it finds fresh lines when it goes on. The rest of a line that it is in the middle of stays.
-/// Where the client is follows from how much was taken back, and from a copy of what was written.
+/// fills the terminal. Then new lines are refused, as a serial adapter does. Once nothing has fitted in for
+/// kStalled, the client has stopped reading: what it has not read is taken back, so that it finds fresh lines
+/// when it goes on; the rest of a line that it is in the middle of stays. Where it is follows from how much
+/// was taken back, and from a copy of what was written.
 class Outbox {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;

@@ -87,6 +87,18 @@ TEST(SlcanOutbox, AClientThatReadsAtAllLosesNothingThatWasAccepted) {
   EXPECT_EQ(test.Lost(), 0U);
 }
 
+TEST(SlcanOutbox, CountsLinesThatAreAllTheSame) {
+  const Pty pty;
+  const Client client(pty.SlavePath());
+  Outbox outbox(pty);
+  std::uint64_t accepted = 0;
+  while (outbox.Write("t1230\r", {}).written) ++accepted;
+  const std::string read = client.ReadUntil("t1230\rt1230\rt12");
+  EXPECT_EQ(outbox.TakeBack(), accepted - 3);
+  EXPECT_TRUE(outbox.Write("z\r", {}).written);
+  EXPECT_EQ(read + client.ReadUntil("z\r"), "t1230\rt1230\rt1230\rz\r");
+}
+
 RC_GTEST_PROP(SlcanOutbox, LinesStayWholeWhereverTheClientStopsAndHoweverOften, ()) {
   OutboxTest test;
   std::string text;
