@@ -41,13 +41,17 @@ std::string Reason(const model::Derived& d, model::SteadyStateError error, doubl
       return at + "the relay port, fully open at servo.relay_port_height_in = " + Number(d.h_relay) +
              " in, passes less than the capillary delivers";
     case model::SteadyStateError::kPlungerAtStop:
-      return at + "the plunger would have to be beyond servo.relay_plunger_travel_in = " + Number(d.plunger_travel) + " in";
+      return at + "the plunger would have to be beyond servo.relay_plunger_travel_in = " +
+             Number(d.plunger_travel) + " in";
     case model::SteadyStateError::kRelayPistonAtStop:
-      return at + "the relay piston would have to be outside 0 to servo.relay_piston_stroke_in = " + Number(d.x1_stop) + " in";
+      return at + "the relay piston would have to be outside 0 to servo.relay_piston_stroke_in = " +
+             Number(d.x1_stop) + " in";
     case model::SteadyStateError::kPumpTooSmall:
-      return at + "supply.pump_flow_in3_s = " + Number(d.pump_flow) + " in³/s is less than the servomotor consumes at rest";
+      return at + "supply.pump_flow_in3_s = " + Number(d.pump_flow) +
+             " in³/s is less than the servomotor consumes at rest";
     case model::SteadyStateError::kNone:
-    case model::SteadyStateError::kNoPositionForP1: break;
+    case model::SteadyStateError::kNoPositionForP1:
+      break;
   }
   return at + "none found";
 }

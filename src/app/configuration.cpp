@@ -180,7 +180,7 @@ class Loader {
     target = std::move(items);
   }
   template <typename Enum>
-    requires std::is_enum_v<Enum>
+  requires std::is_enum_v<Enum>
   void Assign(const Key& key, const toml::node& node, Enum& target) const {
     const auto value = node.value_exact<std::string>();
     const auto names = NamesOf(target);

@@ -14,7 +14,8 @@ using C = Configuration;
 constexpr std::array kKeys = std::to_array<Key>({
     {"model.physics", "", 0.0, 0.0, "\"full\": over the whole envelope; \"thesis\": the source to the letter",
      +[](C& c) -> model::Physics& { return c.model.physics; }},
-    {"oil.name", "", 0.0, 0.0, "\"custom\" (density, viscosity below), \"mil_h_5606\" or \"iso_vg_32\" (at the temperature below)",
+    {"oil.name", "", 0.0, 0.0,
+     "\"custom\" (density, viscosity below), \"mil_h_5606\" or \"iso_vg_32\" (at the temperature below)",
      +[](C& c) -> model::OilName& { return c.model.oil.name; }},
     {"oil.temperature_c", "°C", -20.0, 120.0, "temperature of a named oil",
      +[](C& c) -> double& { return c.model.oil.temperature_c; }},
@@ -22,11 +23,13 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> double& { return c.model.oil.density_lbf_s2_in4; }},
     {"oil.viscosity_lbf_s_in2", "lbf s/in²", 1e-8, 1e-3, "mu, absolute viscosity (Table II)",
      +[](C& c) -> double& { return c.model.oil.viscosity_lbf_s_in2; }},
-    {"oil.air_fraction", "", 0.0, 0.2, "r, free air per liquid, both volumes at atmospheric pressure (MODEL.md)",
+    {"oil.air_fraction", "", 0.0, 0.2,
+     "r, free air per liquid, both volumes at atmospheric pressure (MODEL.md)",
      +[](C& c) -> double& { return c.model.oil.air_fraction; }},
     {"oil.air_polytropic_index", "", 1.0, 1.4, "n: 1 isothermal, 1.4 adiabatic",
      +[](C& c) -> double& { return c.model.oil.air_polytropic_index; }},
-    {"oil.dissolution_pressure_psi", "psi absolute", 0.0, 5000.0, "all air is dissolved from here on; 0: none ever, else above 20",
+    {"oil.dissolution_pressure_psi", "psi absolute", 0.0, 5000.0,
+     "all air is dissolved from here on; 0: none ever, else above 20",
      +[](C& c) -> double& { return c.model.oil.dissolution_pressure_psi; }},
     {"oil.vapour_pressure_psi", "psi absolute", 0.0, 10.0, "no chamber falls below it",
      +[](C& c) -> double& { return c.model.oil.vapour_pressure_psi; }},
@@ -93,7 +96,8 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> double& { return c.model.supply.pressure_psi; }},
     {"supply.drain_pressure_psi", "psi", 0.0, 100.0, "Pe, back pressure of the drain",
      +[](C& c) -> double& { return c.model.supply.drain_pressure_psi; }},
-    {"supply.pump_flow_in3_s", "in³/s", 0.0, 100000.0, "largest pump flow; 0: P2 is constant whatever is drawn",
+    {"supply.pump_flow_in3_s", "in³/s", 0.0, 100000.0,
+     "largest pump flow; 0: P2 is constant whatever is drawn",
      +[](C& c) -> double& { return c.model.supply.pump_flow_in3_s; }},
     {"supply.pump_band_psi", "psi", 0.1, 1000.0, "below the set point: the pump goes from none to all",
      +[](C& c) -> double& { return c.model.supply.pump_band_psi; }},
@@ -147,7 +151,8 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> std::string& { return c.load_file; }},
     {"load.closing_file", "", 0.0, 0.0, "CSV file for downward motion; \"\": as load.file",
      +[](C& c) -> std::string& { return c.load_closing_file; }},
-    {"load.beyond", "", 0.0, 0.0, "beyond the table: \"extrapolate\" its end segments or \"hold\" its end values",
+    {"load.beyond", "", 0.0, 0.0,
+     "beyond the table: \"extrapolate\" its end segments or \"hold\" its end values",
      +[](C& c) -> model::LoadBeyond& { return c.model.load.beyond; }},
 
     {"start.x3_in", "in", 0.0, 100.0, "piston position at rest until the first command",
@@ -196,8 +201,7 @@ struct Shown {
     return text + "]";
   }
   template <typename Enum>
-    requires std::is_enum_v<Enum>
-  std::string operator()(Enum v) const {
+  requires std::is_enum_v<Enum> std::string operator()(Enum v) const {
     return std::string("\"") + NamesOf(v)[static_cast<std::size_t>(v)] + '"';
   }
 };

@@ -12,7 +12,9 @@ using std::numbers::pi;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kAirIndex = 1.4;
 
-double Fourth(double d) { return d * d * d * d; }
+double Fourth(double d) {
+  return d * d * d * d;
+}
 
 LoadCurve Beyond(const LoadCurve& curve, LoadBeyond beyond, bool full) noexcept {
   return full && beyond == LoadBeyond::kHold ? curve.Held() : curve;

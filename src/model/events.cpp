@@ -6,14 +6,29 @@ namespace servohil::model {
 namespace {
 
 constexpr Guard kNone = {1.0, 0.0};
-enum GuardIndex : std::uint8_t { kPistonFirst, kPistonSecond, kPlungerLow, kPlungerHigh, kDiaphragm, kRelayPort };
+enum GuardIndex : std::uint8_t {
+  kPistonFirst,
+  kPistonSecond,
+  kPlungerLow,
+  kPlungerHigh,
+  kDiaphragm,
+  kRelayPort
+};
 
 /// Drive forces at which a piston at rest breaks away [lbf].
-double BreakawayUp(const Derived& d) noexcept { return d.F_breakaway; }
-double BreakawayDown(const Derived& d) noexcept { return -d.closing_ratio * d.F_breakaway; }
+double BreakawayUp(const Derived& d) noexcept {
+  return d.F_breakaway;
+}
+double BreakawayDown(const Derived& d) noexcept {
+  return -d.closing_ratio * d.F_breakaway;
+}
 
-Motion MotionUp(const Derived& d) noexcept { return d.directional ? Motion::kUp : Motion::kFree; }
-Motion MotionDown(const Derived& d) noexcept { return d.directional ? Motion::kDown : Motion::kFree; }
+Motion MotionUp(const Derived& d) noexcept {
+  return d.directional ? Motion::kUp : Motion::kFree;
+}
+Motion MotionDown(const Derived& d) noexcept {
+  return d.directional ? Motion::kDown : Motion::kFree;
+}
 
 /// Arrived at a stop: rests there, or leaves at once where its drive does not press it onto the stop.
 State AtLowerStop(const Derived& d, State s) noexcept {
@@ -60,8 +75,12 @@ Guards GuardsOf(const Derived& d, const State& s, double p1_psi, const StateVect
       g[kPistonFirst] = holds_up;
       g[kPistonSecond] = holds_down;
       break;
-    case Motion::kAtLowerStop: g[kPistonFirst] = holds_up; break;
-    case Motion::kAtUpperStop: g[kPistonFirst] = holds_down; break;
+    case Motion::kAtLowerStop:
+      g[kPistonFirst] = holds_up;
+      break;
+    case Motion::kAtUpperStop:
+      g[kPistonFirst] = holds_down;
+      break;
   }
   if (!d.full) return g;
   switch (s.mode.plunger) {
@@ -69,8 +88,12 @@ Guards GuardsOf(const Derived& d, const State& s, double p1_psi, const StateVect
       g[kPlungerLow] = {s.p4_psi - d.plunger_low_psi, rates[kP4]};
       g[kPlungerHigh] = {d.plunger_high_psi - s.p4_psi, -rates[kP4]};
       break;
-    case Plunger::kAtLowerStop: g[kPlungerLow] = {d.plunger_low_psi - s.p4_psi, -rates[kP4]}; break;
-    case Plunger::kAtUpperStop: g[kPlungerHigh] = {s.p4_psi - d.plunger_high_psi, rates[kP4]}; break;
+    case Plunger::kAtLowerStop:
+      g[kPlungerLow] = {d.plunger_low_psi - s.p4_psi, -rates[kP4]};
+      break;
+    case Plunger::kAtUpperStop:
+      g[kPlungerHigh] = {s.p4_psi - d.plunger_high_psi, rates[kP4]};
+      break;
   }
   {
     const double sign = s.mode.relay_port_full ? -1.0 : 1.0;
@@ -108,12 +131,21 @@ State AfterEvent(const Derived& d, const State& state, std::size_t index) noexce
   }
   const bool first = index == kPistonFirst;
   switch (s.mode.motion) {
-    case Motion::kFree: return first ? AtLowerStop(d, s) : AtUpperStop(d, s);
-    case Motion::kUp: return first ? AtRest(d, s) : AtUpperStop(d, s);
-    case Motion::kDown: return first ? AtRest(d, s) : AtLowerStop(d, s);
-    case Motion::kStuck: s.mode.motion = first ? Motion::kUp : Motion::kDown; return s;
-    case Motion::kAtLowerStop: s.mode.motion = MotionUp(d); return s;
-    case Motion::kAtUpperStop: s.mode.motion = MotionDown(d); return s;
+    case Motion::kFree:
+      return first ? AtLowerStop(d, s) : AtUpperStop(d, s);
+    case Motion::kUp:
+      return first ? AtRest(d, s) : AtUpperStop(d, s);
+    case Motion::kDown:
+      return first ? AtRest(d, s) : AtLowerStop(d, s);
+    case Motion::kStuck:
+      s.mode.motion = first ? Motion::kUp : Motion::kDown;
+      return s;
+    case Motion::kAtLowerStop:
+      s.mode.motion = MotionUp(d);
+      return s;
+    case Motion::kAtUpperStop:
+      s.mode.motion = MotionDown(d);
+      return s;
   }
   return s;
 }

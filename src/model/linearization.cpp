@@ -89,7 +89,8 @@ Column Differentiate(const Function& f, double first_width) noexcept {
   return {with_rounding(Extrapolate(central, first_width, 2)), false};
 }
 
-/// The states that evolve by themselves: without a stabilizer P8 only repeats P3, without a pump P2 is constant.
+/// The states that evolve by themselves: without a stabilizer P8 only repeats P3, without a pump P2 is
+/// constant.
 int IndependentStates(const Derived& d, std::array<int, kMaxOrder>& states) noexcept {
   static_assert(StateVector::RowsAtCompileTime <= kMaxOrder);
   int n = 0;

@@ -39,15 +39,16 @@ double OilModulus::WithAir(double p_psi, double inverse_gap, double ratio) const
 
 Oil OilAt(const OilParameters& oil) noexcept {
   if (oil.name == OilName::kCustom) return {oil.density_lbf_s2_in4, oil.viscosity_lbf_s_in2};
-  constexpr double kPascalSecondsPerReyn = 6894.757;       // 1 lbf s/in²
-  constexpr double kKgM3PerLbfS2In4 = 1.0686895e7;         // 4.4482216 N / (0.0254 m)^4
+  constexpr double kPascalSecondsPerReyn = 6894.757;  // 1 lbf s/in²
+  constexpr double kKgM3PerLbfS2In4 = 1.0686895e7;    // 4.4482216 N / (0.0254 m)^4
   constexpr double kZeroCelsiusK = 273.15;
   const OilData data = DataOf(oil.name);
   const auto walther = [](double nu_cst) noexcept { return std::log10(std::log10(nu_cst + 0.7)); };
   const double t40 = std::log10(40.0 + kZeroCelsiusK);
   const double t100 = std::log10(100.0 + kZeroCelsiusK);
   const double t = std::log10(oil.temperature_c + kZeroCelsiusK);
-  const double w = walther(data.nu40_cst) + (walther(data.nu100_cst) - walther(data.nu40_cst)) * (t - t40) / (t100 - t40);
+  const double w =
+      walther(data.nu40_cst) + (walther(data.nu100_cst) - walther(data.nu40_cst)) * (t - t40) / (t100 - t40);
   const double nu_m2_s = 1e-6 * (std::pow(10.0, std::pow(10.0, w)) - 0.7);
   const double rho_kg_m3 = data.density15_kg_m3 * (1.0 - 7e-4 * (oil.temperature_c - 15.0));
   return {rho_kg_m3 / kKgM3PerLbfS2In4, nu_m2_s * rho_kg_m3 / kPascalSecondsPerReyn};

@@ -14,16 +14,19 @@ struct Algebraic {
   double x1, x2, x4, alpha;
   double Q3, Q4, Q5, Q6, Q8;
   double G3, G5, G6;  ///< full: conductances of the orifices [in⁵/(lbf s)]
-  double S3;  ///< compressibility under the piston, 1/K [1/psi]
-  double C4;  ///< compliance above the plunger [in⁵/lbf]
-  double C8;  ///< stabilizer's capacity [in⁵/lbf]
+  double S3;          ///< compressibility under the piston, 1/K [1/psi]
+  double C4;          ///< compliance above the plunger [in⁵/lbf]
+  double C8;          ///< stabilizer's capacity [in⁵/lbf]
 };
 
 inline double PlungerAgainstBushing(const Derived& d, double P4, Plunger plunger) noexcept {
   switch (plunger) {
-    case Plunger::kAtLowerStop: return -d.plunger_travel;
-    case Plunger::kAtUpperStop: return d.plunger_travel;
-    default: return (P4 * d.A2 - d.Fs) / d.k2;  // (2.2)
+    case Plunger::kAtLowerStop:
+      return -d.plunger_travel;
+    case Plunger::kAtUpperStop:
+      return d.plunger_travel;
+    default:
+      return (P4 * d.A2 - d.Fs) / d.k2;  // (2.2)
   }
 }
 
@@ -121,7 +124,9 @@ Outputs ComputeOutputs(const Derived& d, const State& state, double p1_psi) noex
   const Algebraic a = Solve(d, state.Vector(), state.mode, p1_psi);
   double friction_lbf = 0.0;
   switch (state.mode.motion) {
-    case Motion::kStuck: friction_lbf = DriveUp(d, state); break;
+    case Motion::kStuck:
+      friction_lbf = DriveUp(d, state);
+      break;
     case Motion::kFree:
     case Motion::kUp:
       friction_lbf = Resistance(d, state.x3_in, state.v3_in_s, state.mode.motion) -
@@ -132,7 +137,8 @@ Outputs ComputeOutputs(const Derived& d, const State& state, double p1_psi) noex
                      d.A3 * d.load_down.PressureAt(state.x3_in);
       break;
     case Motion::kAtLowerStop:
-    case Motion::kAtUpperStop: break;
+    case Motion::kAtUpperStop:
+      break;
   }
   return {a.x1, a.x2, a.x4, a.Q3, a.Q4, a.Q5, a.Q6, a.Q8, friction_lbf / d.A3};
 }
@@ -146,7 +152,8 @@ TimeScales TimeScalesAt(const Derived& d, const State& s, double p1_psi) noexcep
   // dQ5/dx2: 0 where the port is closed or fully open.
   const double x = a.x2 - a.x1;
   const double dQ5_dx2 = x > 0.0 && x < d.h_relay ? std::fabs(a.Q5) * x / (x * x + d.cr1 * d.cr1) : 0.0;
-  const double relay = (slope(a.G5, a.Q5, s.p4_psi - d.Pe) + dQ5_dx2 * d.A2 / d.k2 + 1.0 / d.capillary_a) / a.C4;
+  const double relay =
+      (slope(a.G5, a.Q5, s.p4_psi - d.Pe) + dQ5_dx2 * d.A2 / d.k2 + 1.0 / d.capillary_a) / a.C4;
   const double V3 = d.V3_at_zero + d.A3 * s.x3_in;
   const double G7 = d.stabilizer ? 1.0 / d.R7 : 0.0;
   const double inverse_C3 = 1.0 / (V3 * a.S3);
@@ -167,7 +174,8 @@ TimeScales TimeScalesAt(const Derived& d, const State& s, double p1_psi) noexcep
 }
 
 double RelayPortOpening(const Derived& d, const State& s, double p1_psi) noexcept {
-  return PlungerAgainstBushing(d, s.p4_psi, s.mode.plunger) + d.cam.At(s.x3_in) - RelayPistonPosition(d, p1_psi);
+  return PlungerAgainstBushing(d, s.p4_psi, s.mode.plunger) + d.cam.At(s.x3_in) -
+         RelayPistonPosition(d, p1_psi);
 }
 
 double DriveUp(const Derived& d, const State& state) noexcept {

@@ -28,7 +28,8 @@ SteadyState Failure(SteadyStateError error) noexcept {
 
 double MeteringFlow(const Derived& d, double dP, double opening) noexcept {
   if (!d.full) return OrificeFlow(dP, opening, d.cr2, d.k_metering);
-  return dP * OrificeConductance(dP, OpeningSquared(opening, d.cr2, d.h_metering), d.k_metering, d.p_transition);
+  return dP *
+         OrificeConductance(dP, OpeningSquared(opening, d.cr2, d.h_metering), d.k_metering, d.p_transition);
 }
 
 /// The relay and its supply at rest: all that follows from P2 and P3.
@@ -43,16 +44,19 @@ struct Relay {
 Relay RelayAt(const Derived& d, double P2, double P3) noexcept {
   Relay r;
   if (!(P3 < P2)) return r.error = SteadyStateError::kLoadAboveSupply, r;
-  // (A.5), (A.6): plunger against bushing, x2 - x4, such that supply less drain is the leakage past the piston.
+  // (A.5), (A.6): plunger against bushing, x2 - x4, such that supply less drain is the leakage past the
+  // piston.
   const auto surplus = [&](double x) noexcept {
     return MeteringFlow(d, P2 - P3, d.U + x) - MeteringFlow(d, P3 - d.Pe, d.U - x) - d.c3 * (P3 - d.Pe);
   };
   // The plunger cannot be asked for more than P4 = 0 to P2 gives it, (A.2).
   const double lowest = -d.Fs / d.k2;
   const double highest = (P2 * d.A2 - d.Fs) / d.k2;
-  if (!(surplus(lowest) <= 0.0 && surplus(highest) >= 0.0)) return r.error = SteadyStateError::kNoFlowBalance, r;
+  if (!(surplus(lowest) <= 0.0 && surplus(highest) >= 0.0))
+    return r.error = SteadyStateError::kNoFlowBalance, r;
   r.x2_minus_x4 = IncreasingZero(surplus, lowest, highest);
-  if (d.full && std::fabs(r.x2_minus_x4) > d.plunger_travel) return r.error = SteadyStateError::kPlungerAtStop, r;
+  if (d.full && std::fabs(r.x2_minus_x4) > d.plunger_travel)
+    return r.error = SteadyStateError::kPlungerAtStop, r;
 
   r.P4 = (d.k2 * r.x2_minus_x4 + d.Fs) / d.A2;  // (A.2)
   if (!(r.P4 > d.Pe && r.P4 < P2)) return r.error = SteadyStateError::kRelayPressureOutside, r;

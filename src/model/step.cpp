@@ -18,7 +18,9 @@ struct Context {
   bool stiff;
 };
 
-StateVector RatesAt(const Context& c, const State& s) noexcept { return Rates(c.d, s.Vector(), s.mode, c.p1_psi); }
+StateVector RatesAt(const Context& c, const State& s) noexcept {
+  return Rates(c.d, s.Vector(), s.mode, c.p1_psi);
+}
 
 State Integrate(const Context& c, const State& s, double h_s) noexcept {
   const auto rates = [&](const StateVector& y) noexcept { return Rates(c.d, y, s.mode, c.p1_psi); };
@@ -34,7 +36,8 @@ State Integrate(const Context& c, const State& s, double h_s) noexcept {
   return State::From(y, s.mode);
 }
 
-/// First zero in [0, 1] of the cubic with values f0 > 0 (or 0 and rising), f1 < 0 and slopes m0, m1 at the ends.
+/// First zero in [0, 1] of the cubic with values f0 > 0 (or 0 and rising), f1 < 0 and slopes m0, m1 at the
+/// ends.
 double HermiteZero(double f0, double m0, double f1, double m1) noexcept {
   if (f0 <= 0.0 && m0 <= 0.0) return 0.0;
   double low = 0.0;

@@ -75,7 +75,8 @@ TEST(SimulationTask, CommandAgeAndModeFollowTheCommands) {
   task.Wake(in_time);
   EXPECT_EQ(task.Final().status.mode, Mode::kRunning);
   EXPECT_EQ(task.Final().status.command_age_ticks, 20U);
-  task.PutCommand({std::nan("")});  // the contract lets none through; the model must not show its effect either
+  task.PutCommand(
+      {std::nan("")});  // the contract lets none through; the model must not show its effect either
   task.Wake(in_time);
   EXPECT_EQ(task.Final().status.mode, Mode::kModelFault);
 }

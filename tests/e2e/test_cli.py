@@ -127,7 +127,7 @@ def test_usage_mistakes(arguments, parts):
 
 @pytest.mark.parametrize("old, new, parts", [
     ("underlap_in = 0.002 ", "underlab_in = 0.002 ", ["servo.underlab_in", "did you mean servo.underlap_in?"]),
-    ("[friction]", "[frction]", ["unknown key", "frction.breakaway_psi", "friction.coulomb_psi"]),
+    ("[friction]", "[frction]", ["unknown key", "frction.breakaway_psi", "friction.breakaway_psi"]),
     ("underlap_in = 0.002 ", 'underlap_in = "wide" ', ["servo.underlap_in", "wide", "a number from -0.05 to 0.05 in"]),
     ("underlap_in = 0.002 ", "underlap_in = 0.2 ", ["servo.underlap_in = 0.2", "from -0.05 to 0.05 in"]),
     ("underlap_in = 0.002 ", "underlap_in = nan ", ["servo.underlap_in = nan", "from -0.05 to 0.05 in"]),
@@ -151,7 +151,7 @@ def test_configuration_mistakes(configuration, old, new, parts):
     text = mistake(*STEADY, "-c", file)
     says(text, *parts)
     # The line of the key that is named: in a wrong table, or of two that do not fit, another than was changed.
-    for key, moved in (("frction.breakaway_psi", "coulomb_psi ="), ("publish.position_ms = 10", "position_ms =")):
+    for key, moved in (("frction.breakaway_psi", "breakaway_psi ="), ("publish.position_ms = 10", "position_ms =")):
         if key in text:
             line = file.read_text().split(moved)[0].count("\n") + 1
     if "cannot redefine" in text:

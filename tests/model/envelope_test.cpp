@@ -92,7 +92,8 @@ TEST(Friction, FromRestItTakesBreakawayThenFallsToCoulomb) {
   EXPECT_GT(s.p3_psi, 103.0 + 12.0);
   s = After(d, s, start.p1_psi + 0.5, 20);
   ASSERT_GT(s.v3_in_s, 2.0);
-  EXPECT_NEAR(ComputeOutputs(d, s, start.p1_psi + 0.5).friction_psi, 5.0, 7.0 * 0.01 / 4.0) << "(v_s/v)² of 7 psi left";
+  EXPECT_NEAR(ComputeOutputs(d, s, start.p1_psi + 0.5).friction_psi, 5.0, 7.0 * 0.01 / 4.0)
+      << "(v_s/v)² of 7 psi left";
 }
 
 TEST(Friction, ByDirectionAndVelocity) {
@@ -120,7 +121,9 @@ TEST(Load, ASecondCurveHoldsThePistonBetweenTheTwo) {
   const Derived d(p);
   State s = SteadyStateAt(d, 4.0).state;
   EXPECT_EQ(s.p3_psi, 100.0);
-  for (const auto& [p3_psi, motion] : {std::pair{99.0, Motion::kStuck}, {91.0, Motion::kStuck}, {100.1, Motion::kUp},
+  for (const auto& [p3_psi, motion] : {std::pair{99.0, Motion::kStuck},
+                                       {91.0, Motion::kStuck},
+                                       {100.1, Motion::kUp},
                                        {89.9, Motion::kDown}}) {
     s.p3_psi = p3_psi;
     EXPECT_EQ(ModeAtRest(d, s).motion, motion) << p3_psi << " psi";
@@ -144,7 +147,8 @@ TEST(Supply, AFullStrokeSagsAFinitePump) {
   ASSERT_TRUE(start);
   EXPECT_LT(start.state.p2_psi, 300.0) << "at rest the band carries the consumption";
   // 85 in³/s of 200 take 0.42 of the band of 10 psi.
-  EXPECT_NEAR((300.0 - start.state.p2_psi) / 10.0, (start.outputs.q3_in3_s + start.outputs.q4_in3_s) / 200.0, 1e-9);
+  EXPECT_NEAR((300.0 - start.state.p2_psi) / 10.0, (start.outputs.q3_in3_s + start.outputs.q4_in3_s) / 200.0,
+              1e-9);
   double lowest = 300.0;
   State s = start.state;
   for (int i = 0; i < 3'000; ++i) {
@@ -179,7 +183,8 @@ TEST(Stabilizer, AtItsChargePressureItsCapacityIsTheThesisWithAbsolutePressure) 
   s.p3_psi += 1.0;
   const StateVector rate = Rates(d, s.Vector(), s.mode, 30.0);
   const double Q8 = CapillaryFlow(1.0, d.R7, d.b7);
-  EXPECT_NEAR(Q8 / rate[kP8], 100.0 / 110'000.0 + 100.0 / (1.4 * (103.0 + kAtmospherePsi)), 1e-6) << "errata 18";
+  EXPECT_NEAR(Q8 / rate[kP8], 100.0 / 110'000.0 + 100.0 / (1.4 * (103.0 + kAtmospherePsi)), 1e-6)
+      << "errata 18";
 }
 
 TEST(FullPhysics, IsTheThesisWhereTheAdditionsDoNotAct) {
@@ -196,18 +201,19 @@ TEST(FullPhysics, IsTheThesisWhereTheAdditionsDoNotAct) {
 }
 
 TEST(FullPhysics, OilIsConserved) {
-  // Balance of the oil under the piston over a full stroke: d(ln content) = (flow - displacement)/V dt, and the
-  // content is a function of P3 alone. Residual against the flow passed: below 1e-6.
+  // Balance of the oil under the piston over a full stroke: d(ln content) = (flow - displacement)/V dt, and
+  // the content is a function of P3 alone. Residual against the flow passed: below 1e-6.
   Parameters p = Full();
   p.oil.air_fraction = 0.005;
   const Derived d(p);
-  const auto content = [&](double p_psi) {  // ln of liquid per volume, by Simpson's rule over the compressibility
-    constexpr int kSteps = 20'000;
-    const double h = p_psi / kSteps;
-    double sum = d.oil.Compressibility(0.0) + d.oil.Compressibility(p_psi);
-    for (int i = 1; i < kSteps; ++i) sum += (i % 2 == 1 ? 4.0 : 2.0) * d.oil.Compressibility(i * h);
-    return sum * h / 3.0;
-  };
+  const auto content =
+      [&](double p_psi) {  // ln of liquid per volume, by Simpson's rule over the compressibility
+        constexpr int kSteps = 20'000;
+        const double h = p_psi / kSteps;
+        double sum = d.oil.Compressibility(0.0) + d.oil.Compressibility(p_psi);
+        for (int i = 1; i < kSteps; ++i) sum += (i % 2 == 1 ? 4.0 : 2.0) * d.oil.Compressibility(i * h);
+        return sum * h / 3.0;
+      };
   const SteadyState start = SteadyStateAt(d, 2.0);
   State s = start.state;
   const auto volume = [&](const State& at) { return d.V3_at_zero + d.A3 * at.x3_in; };
@@ -234,7 +240,9 @@ TEST(FullPhysics, OilIsConserved) {
 
 TEST(FullPhysics, NothingIsEverNonFiniteWhateverTheParametersAndP1) {
   std::mt19937 random(11);  // any seed
-  const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
   int runs = 0;
   for (int i = 0; i < 200; ++i) {
     Parameters p = Full();
@@ -261,7 +269,8 @@ TEST(FullPhysics, NothingIsEverNonFiniteWhateverTheParametersAndP1) {
     for (int tick = 0; tick < 3'000; ++tick) {
       if (tick % 300 == 0) p1_psi = tick % 600 == 0 ? between(0.0, 300.0) : between(15.0, 45.0);
       s = Step(d, s, p1_psi).state;
-      ASSERT_TRUE(IsInDomain(d, s)) << "run " << i << ", tick " << tick << ", x3 " << s.x3_in << ", P3 " << s.p3_psi;
+      ASSERT_TRUE(IsInDomain(d, s)) << "run " << i << ", tick " << tick << ", x3 " << s.x3_in << ", P3 "
+                                    << s.p3_psi;
       ASSERT_GE(s.x3_in, 0.0);
       ASSERT_LE(s.x3_in, 8.0);
       ASSERT_GT(s.p3_psi, d.oil.LowestPsi() - 0.05) << "below vapour pressure";

@@ -40,7 +40,8 @@ struct Equations {
     const Wide Q8 = d.stabilizer ? (P3 - P8) / d.R7 : Wide{0};
     return {v3, (d.A3 * (P3 - load) - d.C * v3) / d.M,
             d.beta * (Q3 - Q6 - Q8 - d.A3 * v3 - d.c3 * P3) / (d.V3_at_zero + d.A3 * x3),
-            (Q4 - Q5 - d.A2 * alpha * v3) / (d.V4 / d.beta + d.spring_compliance), Q8 / (d.V8 / d.beta + d.Va / d.k_gas / P8)};
+            (Q4 - Q5 - d.A2 * alpha * v3) / (d.V4 / d.beta + d.spring_compliance),
+            Q8 / (d.V8 / d.beta + d.Va / d.k_gas / P8)};
   }
 };
 

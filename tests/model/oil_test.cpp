@@ -20,8 +20,8 @@ TEST(OilModulus, IsTheLiquidsWithoutAir) {
 }
 
 TEST(OilModulus, HasThePublishedCheckPoints) {
-  // Liquid 1.4 GPa, 1 MPa gauge, isothermal, air as gas-to-liquid volume ratio at atmospheric pressure: mixture to
-  // liquid 0.631 at 0.5 %, 0.147 at 5 % (no vapour in that formula).
+  // Liquid 1.4 GPa, 1 MPa gauge, isothermal, air as gas-to-liquid volume ratio at atmospheric pressure:
+  // mixture to liquid 0.631 at 0.5 %, 0.147 at 5 % (no vapour in that formula).
   OilParameters oil;
   oil.vapour_pressure_psi = 0.0;
   const double liquid_psi = 1.4e9 * kPsiPerPascal;
@@ -47,7 +47,8 @@ TEST(OilModulus, DissolvedAirNoLongerCounts) {
   EXPECT_NEAR(Modulus(oil, 110'000.0, 190.0) / 110'000.0, 1.0, 2e-4);  // 204.7 psi absolute
   OilParameters never = oil;
   never.dissolution_pressure_psi = 0.0;
-  EXPECT_LT(Modulus(oil, 110'000.0, 100.0), Modulus(never, 110'000.0, 100.0)) << "dissolving is compliance, too";
+  EXPECT_LT(Modulus(oil, 110'000.0, 100.0), Modulus(never, 110'000.0, 100.0))
+      << "dissolving is compliance, too";
 }
 
 TEST(OilModulus, IsPositiveAndContinuousFromVapourToWorkingPressure) {
@@ -61,7 +62,8 @@ TEST(OilModulus, IsPositiveAndContinuousFromVapourToWorkingPressure) {
       for (double p = modulus.LowestPsi() + 1e-3; p < 400.0; p += 1e-3 * (p - modulus.LowestPsi())) {
         const double c = modulus.Compressibility(p);
         ASSERT_GT(c, 0.0);
-        ASSERT_LT(std::fabs(c - last), 0.02 * last) << "no jump within 0.1 % of the distance, at " << p << " psi";
+        ASSERT_LT(std::fabs(c - last), 0.02 * last)
+            << "no jump within 0.1 % of the distance, at " << p << " psi";
         last = c;
       }
     }

@@ -6,8 +6,8 @@
 
 namespace servohil::model {
 
-/// Square of the effective opening of a port with radial clearance: x² + c² for x > 0, c² otherwise, (2.4) to (2.6),
-/// and no more than at the port's height h. [in²]
+/// Square of the effective opening of a port with radial clearance: x² + c² for x > 0, c² otherwise, (2.4) to
+/// (2.6), and no more than at the port's height h. [in²]
 inline double OpeningSquared(double x, double c, double h) noexcept {
   const double open = x <= 0.0 ? 0.0 : x >= h ? h : x;  // in this order a NaN is not swallowed
   return open * open + c * c;
@@ -24,8 +24,9 @@ inline double OrificeFlow(double dP, double x, double c, double k) noexcept {
 
 /// The same with laminar flow at small pressure differences, as a conductance G = Q/dP [in³/(s psi)]:
 ///   Q = k a dP / (dP² + p_t²)^¼,   a² opening squared [in²], p_t > 0 transition pressure [psi]
-/// Continuous with its slope everywhere; k a dP / sqrt(p_t) around 0; below (2.4) to (2.6) by less than 0.1 % from
-/// |dP| = 15.8 p_t on; 0 < dQ/ddP <= G. The transition of Simscape Fluids' orifices; physics: Merritt (1967), 3.4.
+/// Continuous with its slope everywhere; k a dP / sqrt(p_t) around 0; below (2.4) to (2.6) by less than 0.1 %
+/// from |dP| = 15.8 p_t on; 0 < dQ/ddP <= G. The transition of Simscape Fluids' orifices; physics: Merritt
+/// (1967), 3.4.
 inline double OrificeConductance(double dP, double a_squared, double k, double p_t) noexcept {
   return k * std::sqrt(a_squared / std::sqrt(dP * dP + p_t * p_t));
 }

@@ -1,8 +1,8 @@
 #pragma once
 /// External steady-state load on the piston, thesis Figure 3 and Appendix E (FTABLE):
-///   F_L(x3) = A3 p_L(x3),   p_L linear between the rows of a table; beyond them its end segments are extended, or
-///   its end values held
-///   x3 [in]   p_L [psi]: the pressure under the piston that carries the load at rest
+///   F_L(x3) = A3 p_L(x3),   p_L linear between the rows of a table; beyond them its end segments are
+///   extended, or its end values held x3 [in]   p_L [psi]: the pressure under the piston that carries the
+///   load at rest
 
 #include <array>
 #include <cstddef>

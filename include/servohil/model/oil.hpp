@@ -12,8 +12,8 @@ inline constexpr double kAtmospherePsi = 14.696;  ///< standard atmosphere, abso
 /// Effective bulk modulus of liquid, free gas and vapour as a function of pressure:
 ///   V_g(P) = r' theta(P) ((p_atm - p_v)/(P_abs - p_v))^(1/n)     gas per volume of liquid
 ///   K(P)   = (1 + V_g) / (1/K_l - dV_g/dP)
-/// Merritt, Hydraulic Control Systems (1967), section 2.3; Gholizadeh, Burton, Schoenau, Int. J. Fluid Power 13
-/// (2012). K -> 0 as P_abs -> p_v: no chamber falls below vapour pressure. K -> K_l without gas.
+/// Merritt, Hydraulic Control Systems (1967), section 2.3; Gholizadeh, Burton, Schoenau, Int. J. Fluid Power
+/// 13 (2012). K -> 0 as P_abs -> p_v: no chamber falls below vapour pressure. K -> K_l without gas.
 class OilModulus {
  public:
   OilModulus(const OilParameters& oil, double liquid_modulus_psi) noexcept;
@@ -36,8 +36,8 @@ class OilModulus {
   double LowestPsi() const noexcept { return vapour_psi_ - kAtmospherePsi; }
 
  private:
-  /// Gas that no oil is without, per liquid at atmospheric pressure, isothermal: what a cavity opens from. Its effect
-  /// on K is below 1 % at atmospheric pressure and 0.1 % from 20 psi gauge on (nominal oil).
+  /// Gas that no oil is without, per liquid at atmospheric pressure, isothermal: what a cavity opens from.
+  /// Its effect on K is below 1 % at atmospheric pressure and 0.1 % from 20 psi gauge on (nominal oil).
   static constexpr double kNuclei = 1.0e-6;
 
   double WithAir(double p_psi, double inverse_gap, double ratio) const noexcept;

@@ -17,13 +17,13 @@ enum class OilName : std::uint8_t { kCustom, kMilH5606, kIsoVg32 };
 
 struct OilParameters {
   OilName name = OilName::kCustom;
-  double temperature_c = 40.0;               ///< named oils only
-  double density_lbf_s2_in4 = 8.0e-5;        ///< rho, MIL-H-5606 (Appendix A)
-  double viscosity_lbf_s_in2 = 2.2e-6;       ///< mu, MIL-H-5606 at operating temperature (Appendix A)
-  double air_fraction = 0.0;                 ///< r: free gas per liquid, both volumes at atmospheric pressure
-  double air_polytropic_index = 1.0;         ///< n: 1 isothermal, 1.4 adiabatic
-  double dissolution_pressure_psi = 0.0;     ///< p_d, absolute: all air dissolved from there on; 0: never
-  double vapour_pressure_psi = 0.05;         ///< p_v, absolute
+  double temperature_c = 40.0;            ///< named oils only
+  double density_lbf_s2_in4 = 8.0e-5;     ///< rho, MIL-H-5606 (Appendix A)
+  double viscosity_lbf_s_in2 = 2.2e-6;    ///< mu, MIL-H-5606 at operating temperature (Appendix A)
+  double air_fraction = 0.0;              ///< r: free gas per liquid, both volumes at atmospheric pressure
+  double air_polytropic_index = 1.0;      ///< n: 1 isothermal, 1.4 adiabatic
+  double dissolution_pressure_psi = 0.0;  ///< p_d, absolute: all air dissolved from there on; 0: never
+  double vapour_pressure_psi = 0.05;      ///< p_v, absolute
 };
 
 struct OrificeParameters {
@@ -53,19 +53,19 @@ struct ServoParameters {
   double piston_volume_at_zero_in3 = 30.0;      ///< V3 at x3 = 0
   double bulk_modulus_psi = 110'000.0;          ///< beta
   double discharge_coefficient = 0.625;         ///< c_d
-  double stroke_in = 8.0;               ///< largest x3, an end stop
-  double relay_port_height_in = 0.25;    ///< largest opening of orifice 5
-  double metering_port_height_in = 0.25; ///< largest opening of orifices 3 and 6
-  double relay_piston_stroke_in = 8.0;   ///< largest x1
-  double relay_plunger_travel_in = 0.25; ///< largest |x2 - x4|
+  double stroke_in = 8.0;                       ///< largest x3, an end stop
+  double relay_port_height_in = 0.25;           ///< largest opening of orifice 5
+  double metering_port_height_in = 0.25;        ///< largest opening of orifices 3 and 6
+  double relay_piston_stroke_in = 8.0;          ///< largest x1
+  double relay_plunger_travel_in = 0.25;        ///< largest |x2 - x4|
 };
 
 struct SupplyParameters {
-  double pressure_psi = 300.0;             ///< P2, or the pump's set point
-  double drain_pressure_psi = 0.0;         ///< Pe
-  double pump_flow_in3_s = 0.0;            ///< largest; 0: P2 is constant whatever is drawn
-  double pump_band_psi = 10.0;             ///< below the set point, over which the pump goes from none to all
-  double accumulator_volume_in3 = 500.0;   ///< gas at the set point
+  double pressure_psi = 300.0;            ///< P2, or the pump's set point
+  double drain_pressure_psi = 0.0;        ///< Pe
+  double pump_flow_in3_s = 0.0;           ///< largest; 0: P2 is constant whatever is drawn
+  double pump_band_psi = 10.0;            ///< below the set point, over which the pump goes from none to all
+  double accumulator_volume_in3 = 500.0;  ///< gas at the set point
 };
 
 enum class CamShape : std::uint8_t { kSingle, kTwoSlope };
@@ -83,11 +83,11 @@ struct CamParameters {
 };
 
 struct FrictionParameters {
-  double coulomb_psi = 0.0;              ///< B (4.4), as a pressure under the piston
-  double breakaway_psi = 0.0;            ///< B_s, at least B; 0: as B
-  double stribeck_velocity_in_s = 0.1;   ///< v_s, at which half of B_s - B is gone
-  double viscous_psi_s_in = 0.0;         ///< B_v
-  double closing_ratio = 1.0;            ///< friction downward to friction upward
+  double coulomb_psi = 0.0;             ///< B (4.4), as a pressure under the piston
+  double breakaway_psi = 0.0;           ///< B_s, at least B; 0: as B
+  double stribeck_velocity_in_s = 0.1;  ///< v_s, at which half of B_s - B is gone
+  double viscous_psi_s_in = 0.0;        ///< B_v
+  double closing_ratio = 1.0;           ///< friction downward to friction upward
 };
 
 /// Transient flow stabilizer, chapter V.
@@ -107,7 +107,7 @@ enum class LoadBeyond : std::uint8_t { kExtrapolate, kHold };
 /// Load at rest over x3; a second curve for downward motion makes a hysteresis.
 struct LoadParameters {
   LoadCurve opening;
-  LoadCurve closing;              ///< used where has_closing: nowhere above `opening`
+  LoadCurve closing;  ///< used where has_closing: nowhere above `opening`
   bool has_closing = false;
   LoadBeyond beyond = LoadBeyond::kExtrapolate;
 };

@@ -1,9 +1,9 @@
 #pragma once
 /// RODAS3, a linearly implicit Runge-Kutta (Rosenbrock) method of order 3 with 4 stages, L-stable and stiffly
-/// accurate: Sandu, Verwer, Blom, Spee, Carmichael, Potra, "Benchmarking stiff ODE solvers for atmospheric chemistry
-/// problems II: Rosenbrock solvers", Atmospheric Environment 31 (1997). For modes that no explicit step resolves: it
-/// damps what is faster than the step, needs no iteration, takes the same time always, and allocates nothing.
-/// Real-time safe if `f` is.
+/// accurate: Sandu, Verwer, Blom, Spee, Carmichael, Potra, "Benchmarking stiff ODE solvers for atmospheric
+/// chemistry problems II: Rosenbrock solvers", Atmospheric Environment 31 (1997). For modes that no explicit
+/// step resolves: it damps what is faster than the step, needs no iteration, takes the same time always, and
+/// allocates nothing. Real-time safe if `f` is.
 
 #include <Eigen/Core>
 #include <Eigen/LU>
@@ -13,7 +13,8 @@ namespace servohil::model {
 
 /// @param f  vector f(vector y): dy/dt, autonomous over the step
 /// @param h  step [s]
-/// @param scale  typical size of each component: the Jacobian's differences are 1e-7 of it or of the component
+/// @param scale  typical size of each component: the Jacobian's differences are 1e-7 of it or of the
+/// component
 template <typename Vector, typename Function>
 Vector Rodas3(const Function& f, const Vector& y, double h, const Vector& scale) {
   constexpr int kSize = Vector::RowsAtCompileTime;

@@ -1,6 +1,6 @@
 #pragma once
-/// The servomotor's equations of motion: thesis chapter II as implemented in Appendix E, with the transient flow
-/// stabilizer of chapter V as in Appendix H ("thesis"), and what MODEL.md adds to them ("full").
+/// The servomotor's equations of motion: thesis chapter II as implemented in Appendix E, with the transient
+/// flow stabilizer of chapter V as in Appendix H ("thesis"), and what MODEL.md adds to them ("full").
 
 #include "servohil/model/derived.hpp"
 #include "servohil/model/state.hpp"
@@ -36,13 +36,13 @@ struct TimeScales {
   /// Upper bound of the fastest mode: the largest of
   ///   the relay chamber's   (dQ5/dP4 + dQ5/dx2 A2/k2 + 1/a) / (V4/K + A2²/k2)
   ///   the piston chamber's  K/V3 (dQ3/dP3 + dQ6/dP3 + c3 + 1/R7) + 1/(R7 C8) + sqrt(K A3² / (V3 M))
-  /// where the root is the frequency of oil spring and piston (section 3.4). Thesis: unbounded as any orifice's dP
-  /// tends to 0.
+  /// where the root is the frequency of oil spring and piston (section 3.4). Thesis: unbounded as any
+  /// orifice's dP tends to 0.
   double fastest_mode;
   /// |dP3/dt| over the distance of P3 to vapour pressure: where a cavity opens or closes. 0 in the thesis.
   double cavity;
-  /// |d(x2 - x4)/dt| over 0.002 in, the width of the corner that underlap and clearance give the metering ports. 0 in
-  /// the thesis.
+  /// |d(x2 - x4)/dt| over 0.002 in, the width of the corner that underlap and clearance give the metering
+  /// ports. 0 in the thesis.
   double ports;
 };
 
@@ -52,8 +52,8 @@ TimeScales TimeScalesAt(const Derived& d, const State& state, double p1_psi) noe
 /// x2 - x1 [in]: opening of orifice 5, before its clearance and height. Real-time safe.
 double RelayPortOpening(const Derived& d, const State& state, double p1_psi) noexcept;
 
-/// Net force on a piston at rest, friction aside, that would move it up or down [lbf]: A3 (P3 - p_L(x3)), each with
-/// the load of its direction. Real-time safe.
+/// Net force on a piston at rest, friction aside, that would move it up or down [lbf]: A3 (P3 - p_L(x3)),
+/// each with the load of its direction. Real-time safe.
 double DriveUp(const Derived& d, const State& state) noexcept;
 double DriveDown(const Derived& d, const State& state) noexcept;
 

@@ -31,7 +31,8 @@ struct Mode {
   Motion motion = Motion::kFree;
   Plunger plunger = Plunger::kFree;
   bool diaphragm_seated = false;
-  bool relay_port_full = false;  ///< orifice 5 open to its height: a kink in its flow, where sub-steps are cut
+  bool relay_port_full =
+      false;  ///< orifice 5 open to its height: a kink in its flow, where sub-steps are cut
 
   bool PistonRests() const noexcept {
     return motion == Motion::kStuck || motion == Motion::kAtLowerStop || motion == Motion::kAtUpperStop;

@@ -1,12 +1,12 @@
 #pragma once
-/// One integration step, in as many sub-steps as the fastest mode asks for, with friction, stops and contacts as
-/// events, not as discontinuities inside a stage.
+/// One integration step, in as many sub-steps as the fastest mode asks for, with friction, stops and contacts
+/// as events, not as discontinuities inside a stage.
 ///
-/// Between events the mode is fixed, so that the equations are smooth and the integrator keeps its order. A sub-step
-/// that ends beyond an event is cut there: the event's place is the root of the cubic Hermite interpolant of the
-/// quantity that changes sign (velocity, drive force, position, pressure). At v3 = 0 the piston sticks while its
-/// drive is within breakaway, else it slides with the drive; at a stop it rests while its drive presses it there.
-/// At rest x3 does not change at all.
+/// Between events the mode is fixed, so that the equations are smooth and the integrator keeps its order. A
+/// sub-step that ends beyond an event is cut there: the event's place is the root of the cubic Hermite
+/// interpolant of the quantity that changes sign (velocity, drive force, position, pressure). At v3 = 0 the
+/// piston sticks while its drive is within breakaway, else it slides with the drive; at a stop it rests while
+/// its drive presses it there. At rest x3 does not change at all.
 
 #include "servohil/model/derived.hpp"
 #include "servohil/model/state.hpp"
@@ -15,25 +15,26 @@ namespace servohil::model {
 
 inline constexpr double kTickS = 1.0e-4;  ///< integration step [s]: 0.1 ms, the thesis' DELT (Appendix H)
 
-/// Sub-steps of one step at most. The largest number that 64 scenarios over the whole envelope need is 40, while a
-/// cavity under the piston closes (tests/data/envelope).
+/// Sub-steps of one step at most. The largest number that 64 scenarios over the whole envelope need is 40,
+/// while a cavity under the piston closes (tests/data/envelope).
 inline constexpr int kMaxSubSteps = 48;
 
-/// RK4's sub-steps times the rate of the fastest mode: a sixth of its stability limit. Found with the relay port
-/// thrown open by a P1 step of -5 psi (5e4 1/s), where one step of 0.1 ms is wrong by 3e-3 in (tests/data/reference),
-/// and with slow arrivals at a stop, which 1e-6 in delay by ticks (tests/data/envelope).
+/// RK4's sub-steps times the rate of the fastest mode: a sixth of its stability limit. Found with the relay
+/// port thrown open by a P1 step of -5 psi (5e4 1/s), where one step of 0.1 ms is wrong by 3e-3 in
+/// (tests/data/reference), and with slow arrivals at a stop, which 1e-6 in delay by ticks
+/// (tests/data/envelope).
 inline constexpr double kRateTimesSubStep = 0.5;
 
-/// Physics "full": where RK4 would need more sub-steps than this, kRosenbrockSubSteps of the L-stable Rosenbrock
-/// method do as well, whatever the rate.
+/// Physics "full": where RK4 would need more sub-steps than this, kRosenbrockSubSteps of the L-stable
+/// Rosenbrock method do as well, whatever the rate.
 inline constexpr double kMostRungeKuttaSubSteps = 24.0;
 inline constexpr double kRosenbrockSubSteps = 8.0;
 
 /// A sub-step lets the distance of P3 to vapour pressure change by no more than this share.
 inline constexpr double kCavityShare = 0.5;
 
-/// Events handled in one sub-step: of each of piston, plunger and diaphragm two. Past it the piston is held for what
-/// is left of the sub-step, and the next one begins at rest.
+/// Events handled in one sub-step: of each of piston, plunger and diaphragm two. Past it the piston is held
+/// for what is left of the sub-step, and the next one begins at rest.
 inline constexpr int kMaxEventsPerSubStep = 6;
 
 struct StepResult {
