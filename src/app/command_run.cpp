@@ -15,6 +15,7 @@
 #include "servohil/app/contract.hpp"
 #include "servohil/app/emulator.hpp"
 #include "servohil/can/dbc.hpp"
+#include "servohil/can/interface_state.hpp"
 #include "servohil/can/network.hpp"
 #include "servohil/error.hpp"
 #include "servohil/rt/clock.hpp"
@@ -87,6 +88,20 @@ void CheckBusLoad(const Contract& contract, const CanSettings& can) {
   }
 }
 
+/// State of each bus that has one, and whether its bit rate is the one that the bus load was computed for.
+void ReportBuses(const can::Network& network, int bit_rate_bit_s) {
+  constexpr std::string_view kKernel = "socketcan:";
+  for (const auto& bus : network.Buses()) {
+    if (const std::string state = bus->State(); !state.empty()) spdlog::info("{}: {}", bus->Name(), state);
+    if (bus->Name().rfind(kKernel, 0) != 0) continue;
+    const auto real = can::InterfaceBitRate(bus->Name().substr(kKernel.size()));
+    if (real && *real != static_cast<std::uint32_t>(bit_rate_bit_s)) {
+      spdlog::warn("{} runs at {} bit/s, can.bit_rate_bit_s = {}: the bus load above is wrong by that ratio",
+                   bus->Name(), *real, bit_rate_bit_s);
+    }
+  }
+}
+
 /// Until a stop signal or the end of the duration; on a terminal with a status line a second.
 void Watch(Emulator& emulator, const can::Network& network, const StopSignals& signals) {
   const bool terminal = isatty(STDOUT_FILENO) != 0;
@@ -131,6 +146,8 @@ int Run(const Options& options) {
   can::Network network(
       ResolveBuses(options.buses.empty() ? configuration.can.buses : options.buses, configuration.can),
       bus_options);
+
+  ReportBuses(network, configuration.can.bit_rate_bit_s);
 
   EmulatorOptions emulator_options;
   emulator_options.loop = configuration.loop;

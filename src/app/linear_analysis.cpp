@@ -9,7 +9,7 @@
 namespace servohil::app {
 namespace {
 
-constexpr std::array kStateNames = {"x3_in", "v3_in_s", "p3_psi", "p4_psi", "p8_psi"};
+constexpr std::array kStateNames = {"x3_in", "v3_in_s", "p3_psi", "p4_psi", "p8_psi", "p2_psi"};
 
 model::SteadyState Rest(const model::Derived& derived, const LinearOptions& options) {
   return options.x3_in ? RequireSteadyStateAt(derived, *options.x3_in)

@@ -90,7 +90,7 @@ def test_each_row_states_its_full_parameter_set():
     group = groups("Table IV, row 5")[0]
     parameters = dict(p.split("=", 1) for p in group["parameters"])
     keys = {line.split()[0] for line in program.run("steady", "--help-keys").splitlines() if re.match(r"  [a-z]+\.", line)}
-    sections = ("oil.", "servo.", "supply.", "cam.", "friction.", "stabilizer.", "load.")
+    sections = ("model.", "oil.", "orifice.", "servo.", "supply.", "cam.", "friction.", "stabilizer.", "load.")
     assert {k for k in keys if k.startswith(sections)} <= set(parameters)
     assert float(parameters["servo.bulk_modulus_psi"]) == 90e3
     settings = [a for s in group["settings"] for a in ("--set", s)]

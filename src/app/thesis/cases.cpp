@@ -43,7 +43,7 @@ std::vector<std::string> Settings(const Row& row) {
 
 /// Every key that the model reads, with its value.
 std::vector<std::string> ModelKeys(Configuration configuration) {
-  constexpr std::array kModel = {"model.", "oil.",      "servo.",      "supply.",
+  constexpr std::array kModel = {"model.", "oil.",      "orifice.",    "servo.", "supply.",
                                  "cam.",   "friction.", "stabilizer.", "load."};
   std::vector<std::string> all;
   for (const Key& key : KeyTable()) {
