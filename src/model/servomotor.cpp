@@ -156,10 +156,10 @@ TimeScales TimeScalesAt(const Derived& d, const State& s, double p1_psi) noexcep
       (slope(a.G5, a.Q5, s.p4_psi - d.Pe) + dQ5_dx2 * d.A2 / d.k2 + 1.0 / d.capillary_a) / a.C4;
   const double V3 = d.V3_at_zero + d.A3 * s.x3_in;
   const double G7 = d.stabilizer ? 1.0 / d.R7 : 0.0;
-  const double inverse_C3 = 1.0 / (V3 * a.S3);
-  const double oil_spring = std::sqrt(d.A3 * d.A3 * inverse_C3 / d.M);
+  const double stiffness = 1.0 / (V3 * a.S3);
+  const double oil_spring = std::sqrt(d.A3 * d.A3 * stiffness / d.M);
   const double piston =
-      inverse_C3 * (slope(a.G3, a.Q3, s.p2_psi - s.p3_psi) + slope(a.G6, a.Q6, s.p3_psi - d.Pe) + d.c3 + G7) +
+      stiffness * (slope(a.G3, a.Q3, s.p2_psi - s.p3_psi) + slope(a.G6, a.Q6, s.p3_psi - d.Pe) + d.c3 + G7) +
       G7 / a.C8 + oil_spring;
   double cavity = 0.0;
   double ports = 0.0;
@@ -168,7 +168,7 @@ TimeScales TimeScalesAt(const Derived& d, const State& s, double p1_psi) noexcep
     const double P4_rate = (a.Q4 - a.Q5 - d.A2 * a.alpha * s.v3_in_s) / a.C4;
     ports = s.mode.plunger == Plunger::kFree ? std::fabs(P4_rate) * d.A2 / d.k2 / kCornerIn : 0.0;
     const double surplus = a.Q3 - a.Q6 - a.Q8 - d.A3 * s.v3_in_s - d.c3 * (s.p3_psi - d.Pe);
-    cavity = std::fabs(inverse_C3 * surplus / (s.p3_psi - d.oil.LowestPsi()));
+    cavity = std::fabs(stiffness * surplus / (s.p3_psi - d.oil.LowestPsi()));
   }
   return {relay > piston ? relay : piston, cavity, ports};
 }

@@ -55,7 +55,7 @@ Shortcomings MakeThreadRealTime(int priority, int cpu) {
 
 void PrefaultStack() noexcept {
   constexpr std::size_t kStackBytes =
-      64 * 1024;  // ten times the deepest call chain of the loops (their frames: < 5 KiB)
+      std::size_t{64} * 1024;  // ten times the deepest call chain of the loops (their frames: < 5 KiB)
   std::array<volatile unsigned char, kStackBytes> stack;  // NOLINT(cppcoreguidelines-pro-type-member-init)
   for (std::size_t i = 0; i < kStackBytes; i += 1024) stack[i] = 0;
 }
