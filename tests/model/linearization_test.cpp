@@ -154,6 +154,19 @@ TEST(Linearize, TakesTheRightSideOfAKink) {
   EXPECT_TRUE(Linearize(two, SteadyStateAt(two, two.cam.knee_x3_in())).kinked[kX3]);
 }
 
+TEST(Linearize, IsExactWhereALawIsSmoothOnlyOnce) {
+  // At rest nothing flows into the stabilizer; its full law is dP = R7 Q + (end losses) Q |Q|: slope 1/R7.
+  Parameters p = testing::Nominal();
+  p.physics = Physics::kFull;
+  p.stabilizer.enabled = true;
+  const Derived d(p);
+  const SteadyState rest = SteadyStateAt(d, 4.0);
+  const Linearization linear = Linearize(d, rest);
+  EXPECT_LT(linear.relative_error, 1e-6);
+  const double per_flow = -linear.system.A(kP3, kV3) / d.A3;  // psi/s of P3 per in³/s out of its chamber
+  EXPECT_NEAR(linear.system.A(kP3, kP8) / per_flow * d.R7, 1.0, 1e-6);
+}
+
 TEST(Linearize, FrictionIsLeftOut) {
   const Derived free(testing::Nominal());
   const Derived stuck(testing::WithFriction(5.0));

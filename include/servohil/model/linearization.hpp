@@ -7,6 +7,8 @@
 /// has a kink (a row of the load table, the knee of the two-slope cam, a port just closed) the two one-sided
 /// derivatives differ: then the one to the right (of larger x3) is taken, and the column is reported as
 /// kinked.
+/// Where a law is smooth only once (end losses Q |Q| of a capillary at rest) the mean of the one-sided
+/// extrapolations is taken, since it has the smaller bound.
 ///
 /// Coulomb friction has no linear model: below breakaway a stuck piston does not move at all, above it
 /// friction takes energy out of every swing. The linear model is that of the piston without it.
