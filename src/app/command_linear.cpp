@@ -1,7 +1,5 @@
-#include <algorithm>
 #include <map>
 #include <memory>
-#include <string_view>
 
 #include "commands.hpp"
 #include "linear_analysis.hpp"
@@ -23,10 +21,7 @@ void Linear(Options options) {
     throw UsageError("linear: --x3 IN or --p1 PSI is required");
   if (options.map.empty() != options.output.empty())
     throw UsageError("linear: --map and -o go together: --map KEY=LOW:HIGH KEY=LOW:HIGH -o map.csv");
-  // The thesis' equations to the letter, where the configuration offers others.
-  const bool has_physics = std::ranges::any_of(
-      KeyTable(), [](const Key& k) { return std::string_view(k.name) == "model.physics"; });
-  if (options.linear.model == LinearModel::kThesis && has_physics)
+  if (options.linear.model == LinearModel::kThesis)
     options.configuration.settings.emplace_back("model.physics=thesis");
   if (!options.map.empty()) {
     WriteMap(options.configuration.file, options.configuration.settings, options.map, options.linear,

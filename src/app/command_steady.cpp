@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "commands.hpp"
+#include "formatted.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {
@@ -18,9 +19,7 @@ struct Options {
 };
 
 std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
+  return Formatted("%.6g", value);
 }
 
 /// Why there is no steady state, in words and numbers.

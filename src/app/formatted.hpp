@@ -7,10 +7,10 @@
 
 namespace servohil::app {
 
-/// At most 255 characters; the rest is cut off. @param format for exactly these arguments
+/// At most 511 characters; the rest is cut off. @param format for exactly these arguments
 template <typename... Values>
 std::string Formatted(const char* format, Values... values) {
-  std::array<char, 256> text{};
+  std::array<char, 512> text{};
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-vararg): its length is bounded, and cut is as good as any
   static_cast<void>(std::snprintf(text.data(), text.size(), format, values...));
   return text.data();

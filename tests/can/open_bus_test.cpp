@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "error_of.hpp"
 #include "file_descriptor.hpp"
 #include "servohil/can/bus.hpp"
 #include "servohil/can/interface_state.hpp"
@@ -10,16 +11,6 @@
 
 namespace servohil::can {
 namespace {
-
-template <typename Error>
-std::string ErrorOf(const std::string& url) {
-  try {
-    OpenBus(url, BusOptions{});
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 TEST(OpenBus, SaysWhatItExpects) {
   const std::string expected = ": expected socketcan:IFACE, slcan:pty[:LINK] or slcan:/dev/DEVICE";

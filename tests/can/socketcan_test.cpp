@@ -14,6 +14,7 @@
 #include <ctime>
 #include <thread>
 
+#include "error_of.hpp"
 #include "servohil/can/bus.hpp"
 #include "servohil/can/interface_state.hpp"
 #include "servohil/can/network.hpp"
@@ -34,16 +35,6 @@ void Switch(const std::string& interface, bool up) {
   ASSERT_EQ(::ioctl(any_socket.Get(), SIOCGIFFLAGS, &request), 0) << std::strerror(errno);
   request.ifr_flags = static_cast<short>(up ? request.ifr_flags | IFF_UP : request.ifr_flags & ~IFF_UP);
   ASSERT_EQ(::ioctl(any_socket.Get(), SIOCSIFFLAGS, &request), 0) << std::strerror(errno);
-}
-
-template <typename Error>
-std::string ErrorOf(const std::string& url) {
-  try {
-    OpenBus(url, BusOptions{});
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 bool Same(const Frame& a, const Frame& b) {

@@ -19,10 +19,7 @@ std::vector<std::string> Settings(const Row& row) {
   const auto set = [&](const char* key, const std::string& value) {
     settings.push_back(std::string(key) + "=" + value);
   };
-  // The thesis' equations to the letter, where the configuration offers others.
-  if (std::ranges::any_of(KeyTable(),
-                          [](const Key& k) { return std::string_view(k.name) == "model.physics"; }))
-    set("model.physics", "thesis");
+  set("model.physics", "thesis");
   set("servo.underlap_in", Text(row.underlap_in));
   set("servo.relay_piston_clearance_in", Text(row.clearance_in));
   set("servo.relay_plunger_clearance_in", Text(row.clearance_in));
