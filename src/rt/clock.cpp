@@ -6,12 +6,21 @@
 namespace servohil::rt {
 namespace {
 constexpr std::int64_t kNsPerS = 1'000'000'000;
+
+std::int64_t NowNs(clockid_t clock) noexcept {
+  timespec t{};
+  clock_gettime(clock, &t);
+  return std::int64_t{t.tv_sec} * kNsPerS + t.tv_nsec;
 }
 
+}  // namespace
+
 std::int64_t MonotonicNs() noexcept {
-  timespec t{};
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return std::int64_t{t.tv_sec} * kNsPerS + t.tv_nsec;
+  return NowNs(CLOCK_MONOTONIC);
+}
+
+std::int64_t RealTimeNs() noexcept {
+  return NowNs(CLOCK_REALTIME);
 }
 
 void SleepUntil(std::int64_t monotonic_ns) noexcept {

@@ -1,12 +1,15 @@
 #pragma once
-/// CLOCK_MONOTONIC in nanoseconds, and sleeping until a point on it.
+/// The clocks in nanoseconds, and sleeping until a point on the monotonic one.
 
 #include <cstdint>
 
 namespace servohil::rt {
 
-/// Real-time safe (vDSO).
+/// CLOCK_MONOTONIC. Real-time safe (vDSO).
 std::int64_t MonotonicNs() noexcept;
+
+/// CLOCK_REALTIME, as the kernel stamps frames. Real-time safe (vDSO).
+std::int64_t RealTimeNs() noexcept;
 
 /// Returns at once when the time has passed. The one system call of a real-time loop.
 void SleepUntil(std::int64_t monotonic_ns) noexcept;

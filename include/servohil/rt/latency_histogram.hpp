@@ -1,8 +1,11 @@
 #pragma once
 /// Log-linear histogram of durations: 32 classes an octave, so that a quantile is high by at most 1/32 (3.1
-/// %), and exact below 32 ns. Fixed size, no allocation (the principle of HdrHistogram).
+/// %), and exact below 32 ns. Fixed size, no allocation (the principle of HdrHistogram). One thread records;
+/// any may read meanwhile, and sees each count as it was at some moment.
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -14,25 +17,24 @@ class LatencyHistogram {
   /// Real-time safe. Negative durations count as 0.
   void Record(std::int64_t duration_ns) noexcept {
     const auto ns = static_cast<std::uint64_t>(duration_ns < 0 ? 0 : duration_ns);
-    ++counts_[ClassOf(ns)];
-    ++total_;
-    if (ns > max_ns_) max_ns_ = ns;
+    Increment(counts_[ClassOf(ns)]);
+    Increment(total_);
+    if (ns > MaxNs()) max_ns_.store(ns, std::memory_order_relaxed);
   }
 
-  std::uint64_t Count() const noexcept { return total_; }
-  std::uint64_t MaxNs() const noexcept { return max_ns_; }
+  std::uint64_t Count() const noexcept { return total_.load(std::memory_order_relaxed); }
+  std::uint64_t MaxNs() const noexcept { return max_ns_.load(std::memory_order_relaxed); }
 
   /// Smallest class limit with at least `fraction` (0 to 1) of the durations at or below it, never above the
   /// maximum; 0 when nothing was recorded.
   std::uint64_t QuantileNs(double fraction) const noexcept {
-    const double wanted = fraction * static_cast<double>(total_);
+    const double wanted = fraction * static_cast<double>(Count());
     std::uint64_t below = 0;
     for (std::size_t i = 0; i < kClasses; ++i) {
-      below += counts_[i];
-      if (below != 0 && static_cast<double>(below) >= wanted)
-        return UpperLimit(i) < max_ns_ ? UpperLimit(i) : max_ns_;
+      below += counts_[i].load(std::memory_order_relaxed);
+      if (below != 0 && static_cast<double>(below) >= wanted) return std::min(UpperLimit(i), MaxNs());
     }
-    return max_ns_;
+    return MaxNs();
   }
 
  private:
@@ -40,6 +42,12 @@ class LatencyHistogram {
   static constexpr unsigned kOctaves = 64 - kLinearBits;
   static constexpr std::size_t kPerOctave = std::size_t{1} << kLinearBits;
   static constexpr std::size_t kClasses = (kOctaves + 1) * kPerOctave;
+
+  using Counter = std::atomic<std::uint64_t>;
+  /// Of a counter with one writer: no locked instruction.
+  static void Increment(Counter& counter) noexcept {
+    counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
 
   static std::size_t ClassOf(std::uint64_t ns) noexcept {
     if (ns < kPerOctave) return ns;
@@ -52,9 +60,9 @@ class LatencyHistogram {
     return ((kPerOctave + i % kPerOctave + 1) << octave) - 1;
   }
 
-  std::array<std::uint64_t, kClasses> counts_{};
-  std::uint64_t total_ = 0;
-  std::uint64_t max_ns_ = 0;
+  std::array<Counter, kClasses> counts_{};
+  Counter total_{0};
+  Counter max_ns_{0};
 };
 
 }  // namespace servohil::rt
