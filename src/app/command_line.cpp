@@ -50,10 +50,12 @@ int Main(int argc, char** argv) {
   program.set_version_flag("--version", "servohil " SERVOHIL_VERSION);
   program.require_subcommand(1);
   program.footer(
-      "Exit status: 0 ok; 1 the run was not valid (late ticks or model fault); 2 usage or configuration;\n"
+      "Exit status: 0 ok; 1 the run was not valid (late ticks or model fault), or the\n"
+      "replay differs; 2 usage or configuration;\n"
       "3 the machine lacks something (interface, permission, disk).");
   int exit_status = kExitOk;
   AddRunCommand(program, exit_status);
+  AddReplayCommand(program, exit_status);
   AddSimulateCommand(program, exit_status);
   AddSteadyCommand(program, exit_status);
   AddLinearCommand(program, exit_status);

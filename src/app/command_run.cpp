@@ -1,24 +1,28 @@
-#include <poll.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
-#include <sys/signalfd.h>
-#include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
-#include <csignal>
-#include <cstdio>
 #include <iostream>
 #include <memory>
+#include <optional>
 
+#include "bus_setup.hpp"
 #include "commands.hpp"
+#include "formatted.hpp"
+#include "recording_options.hpp"
 #include "run_report.hpp"
+#include "run_statistics.hpp"
+#include "scripted_run.hpp"
 #include "servohil/app/contract.hpp"
 #include "servohil/app/emulator.hpp"
+#include "servohil/app/run_texts.hpp"
 #include "servohil/can/dbc.hpp"
-#include "servohil/can/interface_state.hpp"
 #include "servohil/can/network.hpp"
 #include "servohil/error.hpp"
-#include "servohil/rt/clock.hpp"
+#include "snapshot_writer.hpp"
+#include "stop_signals.hpp"
+#include "watch.hpp"
 
 namespace servohil::app {
 namespace {
@@ -26,106 +30,143 @@ namespace {
 struct Options {
   ConfigurationOptions configuration;
   std::vector<std::string> buses;
+  Clock clock = Clock::kReal;
   RealTime real_time = RealTime::kPrefer;
   double duration_s = 0.0;
+  std::filesystem::path script;
+  RecordingOptions recording;
+  std::filesystem::path statistics;
+  std::filesystem::path from;
+  std::filesystem::path snapshots = ".";
+  std::vector<double> snapshot_at_s;
 };
 
-/// SIGINT and SIGTERM as a descriptor. Constructed before any thread, so that all inherit the blocked mask.
-class StopSignals {
- public:
-  StopSignals() {
-    sigset_t set;
-    sigemptyset(&set);
-    sigaddset(&set, SIGINT);
-    sigaddset(&set, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &set, nullptr);
-    fd_ = signalfd(-1, &set, SFD_CLOEXEC);
-    if (fd_ < 0) throw EnvironmentError("no signal descriptor: too many open files");
-    std::signal(SIGPIPE, SIG_IGN);
-  }
-  ~StopSignals() { close(fd_); }
-  StopSignals(const StopSignals&) = delete;
-  StopSignals& operator=(const StopSignals&) = delete;
-  int Fd() const { return fd_; }
+std::uint64_t TicksOf(double seconds) {
+  return static_cast<std::uint64_t>(std::llround(seconds / model::kTickS));
+}
 
- private:
-  int fd_;
+/// What is to be run: all of it from the configuration, or from a snapshot.
+struct Setup {
+  explicit Setup(const Options& options)
+      : configuration(options.configuration.Load()),
+        derived(configuration.model),
+        start(RequireSteadyStateAt(derived, configuration.start_x3_in)),
+        contract(can::ReadDbc(configuration.can.dbc), configuration.publish) {}
+
+  Configuration configuration;
+  model::Derived derived;
+  model::SteadyState start;
+  Contract contract;
 };
 
-std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted, const CanSettings& can) {
-  std::vector<std::string> urls;
-  for (const std::string& url : wanted) {
-    if (url != "auto") {
-      urls.push_back(url);
-      continue;
-    }
-    urls.push_back(can::AutomaticUrl(can.interfaces));
-    std::string looked_for;
-    for (const std::string& interface : can.interfaces)
-      looked_for += (looked_for.empty() ? "" : ", ") + interface;
-    spdlog::info("--can auto: {} (looked for {})", urls.back(), looked_for);
-  }
-  return urls;
+TaskOptions TaskOptionsOf(const Options& options, const LoopSettings& loop) {
+  TaskOptions task;
+  task.loop = loop;
+  task.duration_ticks = TicksOf(options.duration_s);
+  for (const double s : options.snapshot_at_s) task.snapshot_ticks.push_back(TicksOf(s));
+  std::sort(task.snapshot_ticks.begin(), task.snapshot_ticks.end());
+  return task;
 }
 
-void CheckBusLoad(const Contract& contract, const CanSettings& can) {
-  constexpr double kWarnAbove = 0.7;
-  double bits_per_s = 0.0;
-  std::string parts;
-  for (const Contract::Load& load : contract.BusLoad(can.command_cycle_ms)) {
-    bits_per_s += load.bits_per_s;
-    parts += (parts.empty() ? "" : ", ") + load.message + " every " + std::to_string(load.cycle_ms) + " ms";
-  }
-  const double share = bits_per_s / can.bit_rate_bit_s;
-  char text[64];
-  std::snprintf(text, sizeof text, "%.1f %% of %d bit/s", 100.0 * share, can.bit_rate_bit_s);
-  const std::string line = std::string("bus load at worst-case stuffing ") + text + ": " + parts;
-  if (share > 1.0) throw UsageError(line + "; more than the bus carries: raise the publish.*_ms cycle times");
-  if (share > kWarnAbove) {
-    spdlog::warn("{}; above 70 % other nodes will wait: raise the publish.*_ms cycle times", line);
-  } else {
-    spdlog::info("{}", line);
-  }
+std::string ReadyLine(const can::Network& network, const Telemetry& start, const EmulatorOptions& options) {
+  std::string text = "ready: ";
+  for (const auto& bus : network.Buses()) text += (bus == network.Buses().front() ? "" : ", ") + bus->Name();
+  text += Formatted("; %s x3 %.4f in, P1 %.4f psi", start.status.commanded ? "goes on at" : "at rest at",
+                    start.sample.state.x3_in, start.sample.p1_psi);
+  if (!start.status.commanded) text += ", until the first command";
+  if (options.clock == Clock::kReal)
+    return text + Formatted("; wake-up every %.1f ms\n", options.task.loop.wake_ticks / 10.0);
+  return text + Formatted("; lockstep: %.1f ms per ", options.lockstep.ticks / 10.0) +
+         (options.lockstep.sync_id < 0 ? "command" : Formatted("frame 0x%X", options.lockstep.sync_id)) +
+         "\n";
 }
 
-/// State of each bus that has one, and whether its bit rate is the one that the bus load was computed for.
-void ReportBuses(const can::Network& network, int bit_rate_bit_s) {
-  constexpr std::string_view kKernel = "socketcan:";
+can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options) {
+  can::BusOptions bus;
+  bus.wanted = {{setup.contract.CommandId(), setup.contract.CommandIsExtended()}};
+  if (options.clock == Clock::kLockstep && options.lockstep.sync_id >= 0)
+    bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});
+  bus.bit_rate_bit_s = static_cast<std::uint32_t>(setup.configuration.can.bit_rate_bit_s);
+  return bus;
+}
+
+/// For bus.log: "vcan0", "pts/3".
+std::vector<std::string> BusNames(const can::Network& network) {
+  std::vector<std::string> names;
   for (const auto& bus : network.Buses()) {
-    if (const std::string state = bus->State(); !state.empty()) spdlog::info("{}: {}", bus->Name(), state);
-    if (bus->Name().rfind(kKernel, 0) != 0) continue;
-    const auto real = can::InterfaceBitRate(bus->Name().substr(kKernel.size()));
-    if (real && *real != static_cast<std::uint32_t>(bit_rate_bit_s)) {
-      spdlog::warn("{} runs at {} bit/s, can.bit_rate_bit_s = {}: the bus load above is wrong by that ratio",
-                   bus->Name(), *real, bit_rate_bit_s);
-    }
+    const std::string name = bus->Name().substr(bus->Name().find(':') + 1);
+    names.push_back(name.rfind("/dev/", 0) == 0 ? name.substr(5) : name);
   }
+  return names;
 }
 
-/// Until a stop signal or the end of the duration; on a terminal with a status line a second.
-void Watch(Emulator& emulator, const can::Network& network, const StopSignals& signals) {
-  const bool terminal = isatty(STDOUT_FILENO) != 0;
-  constexpr std::int64_t kStatusNs = 1'000'000'000;
-  std::int64_t last_ns = rt::MonotonicNs();
-  std::uint64_t last_tick = 0;
-  for (;;) {
-    pollfd fds[] = {{signals.Fd(), POLLIN, 0}, {emulator.FinishedFd(), POLLIN, 0}};
-    const int timeout_ms =
-        terminal ? static_cast<int>(std::max<std::int64_t>(0, last_ns + kStatusNs - rt::MonotonicNs()) /
-                                    1'000'000) +
-                       1
-                 : -1;
-    if (poll(fds, 2, timeout_ms) > 0) break;
-    const std::int64_t now_ns = rt::MonotonicNs();
-    Telemetry telemetry;
-    if (now_ns - last_ns < kStatusNs || !emulator.TakeNewest(telemetry)) continue;
-    const double ticks_per_s =
-        static_cast<double>(telemetry.sample.tick - last_tick) * 1e9 / static_cast<double>(now_ns - last_ns);
-    std::cout << "\r\033[K" << StatusLine(telemetry, ticks_per_s, network.Statistics()) << std::flush;
-    last_ns = now_ns;
-    last_tick = telemetry.sample.tick;
+int RunOnBus(const Options& options, const Setup& setup, const std::optional<Snapshot>& from,
+             const StopSignals& signals) {
+  const Configuration& configuration = setup.configuration;
+  EmulatorOptions emulator_options;
+  emulator_options.task = TaskOptionsOf(options, configuration.loop);
+  emulator_options.clock = options.clock;
+  emulator_options.lockstep = configuration.lockstep;
+  emulator_options.real_time = options.real_time;
+
+  CheckBusLoad(setup.contract, configuration.can);
+  can::Network network(
+      ResolveBuses(options.buses.empty() ? configuration.can.buses : options.buses, configuration.can),
+      BusOptionsOf(setup, emulator_options));
+  ReportBuses(network, configuration.can.bit_rate_bit_s);
+
+  const RunTexts texts = DescribeConfiguration(configuration);
+  const auto recorder =
+      options.recording.Open(texts, setup.contract, options.clock == Clock::kReal ? "real time" : "lockstep",
+                             from, BusNames(network));
+  emulator_options.task.recorder = recorder.get();
+  Emulator emulator(setup.derived, setup.start, setup.contract, network, emulator_options);
+  if (from) emulator.Restore(*from);
+  const std::string ready = ReadyLine(network, emulator.Final(), emulator_options);
+  SnapshotWriter snapshots(options.snapshots, texts);
+  std::string missing;
+  for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
+  if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);
+  for (const auto& bus : network.Buses()) {
+    if (const std::string hint = bus->ConnectHint(); !hint.empty()) spdlog::info("{}", hint);
   }
-  if (terminal) std::cout << '\n';
+  std::cout << ready << std::flush;
+
+  Watch(emulator, network, emulator_options, options.statistics, snapshots).Run(signals);
+  emulator.Stop();
+  snapshots.WriteAll(emulator);
+  const std::uint64_t lost = options.clock == Clock::kLockstep ? network.Statistics().receive_overflows : 0;
+  const Verdict verdict = JudgeRun(emulator.Final(), lost);
+  std::cout << Summary(emulator, network, emulator_options)
+            << FinishRecording(recorder.get(), options.recording.directory, emulator.Final(), verdict.Text())
+            << "verdict  " << verdict.Text() << std::endl;
+  if (!options.statistics.empty())
+    WriteStatistics(options.statistics, emulator, emulator.Final(), network, emulator_options, true);
+  return verdict.Valid() ? kExitOk : kExitNotValid;
+}
+
+/// --clock fast: no bus, commands from the script.
+int RunFast(const Options& options, const Setup& setup, const std::optional<Snapshot>& from,
+            const StopSignals& signals) {
+  if (options.script.empty() || options.duration_s == 0.0)
+    throw UsageError("run: --clock fast needs --script FILE and --duration S");
+  TaskOptions task_options = TaskOptionsOf(options, setup.configuration.loop);
+  const std::vector<P1Change> script = ReadP1Script(options.script);
+  const RunTexts texts = DescribeConfiguration(setup.configuration);
+  const auto recorder = options.recording.Open(texts, setup.contract, "fast", from, {});
+  task_options.recorder = recorder.get();
+  const auto task = std::make_unique<SimulationTask>(setup.derived, setup.start, task_options);
+  if (from) task->Restore(*from);
+  SnapshotWriter snapshots(options.snapshots, texts);
+  RunScript(*task, script, [&] {
+    snapshots.WriteAll(*task);
+    return task->Now().sample.tick % 10'000 != 0 || signals.Next() == 0;
+  });
+  const Verdict verdict = JudgeRun(task->Now(), 0);
+  std::cout << SimulationSummary(task->Now())
+            << FinishRecording(recorder.get(), options.recording.directory, task->Now(), verdict.Text())
+            << "verdict  " << verdict.Text() << std::endl;
+  return verdict.Valid() ? kExitOk : kExitNotValid;
 }
 
 int Run(const Options& options) {
@@ -133,74 +174,85 @@ int Run(const Options& options) {
   spdlog::set_default_logger(
       std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::stderr_sink_mt>()));
   spdlog::set_pattern("servohil: %l: %v");
-
-  const Configuration configuration = options.configuration.Load();
-  const model::Derived derived(configuration.model);
-  const model::SteadyState start = RequireSteadyStateAt(derived, configuration.start_x3_in);
-  const Contract contract(can::ReadDbc(configuration.can.dbc), configuration.publish);
-  CheckBusLoad(contract, configuration.can);
-
-  can::BusOptions bus_options;
-  bus_options.wanted = {{contract.CommandId(), contract.CommandIsExtended()}};
-  bus_options.bit_rate_bit_s = static_cast<std::uint32_t>(configuration.can.bit_rate_bit_s);
-  can::Network network(
-      ResolveBuses(options.buses.empty() ? configuration.can.buses : options.buses, configuration.can),
-      bus_options);
-
-  ReportBuses(network, configuration.can.bit_rate_bit_s);
-
-  EmulatorOptions emulator_options;
-  emulator_options.loop = configuration.loop;
-  emulator_options.real_time = options.real_time;
-  emulator_options.duration_ticks =
-      static_cast<std::uint64_t>(std::llround(options.duration_s / model::kTickS));
-  Emulator emulator(derived, start, contract, network, emulator_options);
-  std::string missing;
-  for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
-  if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);
-
-  std::string buses;
-  for (const auto& bus : network.Buses()) {
-    buses += (buses.empty() ? "" : ", ") + bus->Name();
-    if (const std::string hint = bus->ConnectHint(); !hint.empty()) spdlog::info("{}", hint);
+  std::optional<Snapshot> from;
+  Options effective = options;
+  std::optional<TemporaryConfiguration> configuration;
+  if (!options.from.empty()) {
+    SnapshotFile file = ReadSnapshot(options.from);
+    from = file.snapshot;
+    configuration.emplace(file.texts);
+    effective.configuration.file = configuration->File();
   }
-  std::printf(
-      "ready: %s; at rest at x3 %.4f in, P1 %.4f psi, until the first command; wake-up every %.1f ms\n",
-      buses.c_str(), start.state.x3_in, start.p1_psi, configuration.loop.wake_ticks / 10.0);
-  std::fflush(stdout);
-  Watch(emulator, network, signals);
-  emulator.Stop();
-  std::cout << Summary(emulator, network, configuration.loop) << std::flush;
-  return JudgeRun(emulator.Final()).valid ? kExitOk : kExitNotValid;
+  const Setup setup(effective);
+  return options.clock == Clock::kFast ? RunFast(options, setup, from, signals)
+                                       : RunOnBus(options, setup, from, signals);
+}
+
+void AddOptions(CLI::App& command, Options& options) {
+  options.configuration.AddTo(command);
+  command
+      .add_option(
+          "--can", options.buses,
+          "bus: socketcan:IFACE, slcan:pty[:LINK], slcan:/dev/TTY, or auto; repeatable; default: can.buses "
+          "(auto: vcan0 or can0 if the kernel has it, else slcan:pty)")
+      ->type_name("URL")
+      ->take_all();
+  command
+      .add_option("--clock", options.clock,
+                  "who lets time pass: real (default), lockstep (each command frame: lockstep.ticks, or each "
+                  "frame of lockstep.sync_id), fast (nobody: --script, no bus)")
+      ->type_name("real|lockstep|fast")
+      ->transform(CLI::CheckedTransformer(
+                      std::map<std::string, Clock>{
+                          {"real", Clock::kReal}, {"lockstep", Clock::kLockstep}, {"fast", Clock::kFast}},
+                      CLI::ignore_case)
+                      .description(""));
+  command
+      .add_option("--rt", options.real_time,
+                  "real-time scheduling and locked memory: require (refuse to run without), prefer (default: "
+                  "warn), off")
+      ->type_name("require|prefer|off")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, RealTime>{{"require", RealTime::kRequire},
+                                                                          {"prefer", RealTime::kPrefer},
+                                                                          {"off", RealTime::kOff}},
+                                          CLI::ignore_case)
+                      .description(""));
+  command
+      .add_option("--duration", options.duration_s, "ends after this time [s]; default: at SIGINT or SIGTERM")
+      ->type_name("S")
+      ->check(CLI::Range(model::kTickS, 1e9));
+  command
+      .add_option(
+          "--script", options.script,
+          "--clock fast: the commands, CSV t_s,p1_psi; each arrives before the first tick at or after "
+          "its time")
+      ->type_name("CSV");
+  options.recording.AddTo(command);
+  command.add_option("--stats", options.statistics, "statistics as JSON, anew each second and at the end")
+      ->type_name("FILE");
+  command
+      .add_option("--from", options.from,
+                  "goes on from a snapshot, with its configuration and DBC; --set changes single keys of it")
+      ->type_name("SNAPSHOT")
+      ->excludes("--config");
+  command
+      .add_option("--snapshot-at", options.snapshot_at_s,
+                  "writes a snapshot at this simulated time [s]; repeatable; SIGUSR1 writes one at any time")
+      ->type_name("S")
+      ->check(CLI::Range(model::kTickS, 1e9))
+      ->take_all();
+  command.add_option("--snapshot-dir", options.snapshots, "where snapshots go; default: here")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory);
 }
 
 }  // namespace
 
 void AddRunCommand(CLI::App& program, int& exit_status) {
   auto options = std::make_shared<Options>();
-  CLI::App& command = *program.add_subcommand("run", "Runs the emulator in real time on a CAN bus");
-  options->configuration.AddTo(command);
-  command
-      .add_option(
-          "--can", options->buses,
-          "bus: socketcan:IFACE, slcan:pty[:LINK], slcan:/dev/TTY, or auto; repeatable; default: can.buses "
-          "(auto: vcan0 or can0 if the kernel has it, else slcan:pty)")
-      ->type_name("URL")
-      ->take_all();
-  command
-      .add_option("--rt", options->real_time,
-                  "real-time scheduling and locked memory: require (refuse to run without), prefer (default: "
-                  "warn), off")
-      ->type_name("require|prefer|off")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, RealTime>{
-              {"require", RealTime::kRequire}, {"prefer", RealTime::kPrefer}, {"off", RealTime::kOff}},
-          CLI::ignore_case));
-  command
-      .add_option("--duration", options->duration_s,
-                  "ends after this time [s]; default: at SIGINT or SIGTERM")
-      ->type_name("S")
-      ->check(CLI::Range(model::kTickS, 1e9));
+  CLI::App& command = *program.add_subcommand(
+      "run", "Runs the emulator on a CAN bus: in real time, or in lockstep with the governor");
+  AddOptions(command, *options);
   command.callback([options, &exit_status] { exit_status = Run(*options); });
 }
 

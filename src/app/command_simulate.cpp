@@ -5,8 +5,12 @@
 #include <optional>
 
 #include "commands.hpp"
-#include "servohil/app/csv.hpp"
-#include "servohil/app/simulation.hpp"
+#include "formatted.hpp"
+#include "recording_options.hpp"
+#include "run_report.hpp"
+#include "scripted_run.hpp"
+#include "servohil/app/simulation_task.hpp"
+#include "servohil/can/dbc.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {
@@ -19,43 +23,18 @@ struct Options {
   std::optional<double> p1_step_psi;
   std::filesystem::path p1_file;
   int every_ticks = 1;
-  std::string output = "-";
+  std::optional<std::string> output;
+  RecordingOptions recording;
 };
 
 /// P1 over time: the steady state's, then each value from its tick on.
-class P1Input {
- public:
-  P1Input(double rest_psi, const Options& options) : p1_psi_(rest_psi) {
-    if (options.p1_step_psi) changes_.push_back({0, rest_psi + *options.p1_step_psi});
-    if (options.p1_file.empty()) return;
-    double last_s = -1.0;
-    for (const CsvRow& row : ReadCsv(options.p1_file, "t_s,p1_psi")) {
-      if (!(row.values[0] > last_s) || row.values[0] < 0.0) {
-        throw UsageError(options.p1_file.string() + ":" + std::to_string(row.line) +
-                         ": t_s must be 0 or more and rise from row to row");
-      }
-      last_s = row.values[0];
-      // A time meant for a tick may lie beside it by rounding of its decimals.
-      const double ticks = std::ceil(row.values[0] / model::kTickS - 1e-6);
-      changes_.push_back({static_cast<std::uint64_t>(ticks), row.values[1]});
-    }
-  }
-
-  /// For the tick that begins after `tick` ticks; call with rising ticks.
-  double For(std::uint64_t tick) {
-    while (next_ < changes_.size() && changes_[next_].tick <= tick) p1_psi_ = changes_[next_++].p1_psi;
-    return p1_psi_;
-  }
-
- private:
-  struct Change {
-    std::uint64_t tick;
-    double p1_psi;
-  };
-  std::vector<Change> changes_;
-  std::size_t next_ = 0;
-  double p1_psi_;
-};
+std::vector<P1Change> P1Over(double rest_psi, const Options& options) {
+  std::vector<P1Change> changes = {{0, rest_psi + options.p1_step_psi.value_or(0.0)}};
+  if (options.p1_file.empty()) return changes;
+  const std::vector<P1Change> script = ReadP1Script(options.p1_file);
+  changes.insert(changes.end(), script.begin(), script.end());
+  return changes;
+}
 
 /// CSV with every bit of every number. Throws when the disk does not take it.
 class CsvOutput {
@@ -105,39 +84,60 @@ class CsvOutput {
   std::FILE* file_;
 };
 
-int Simulate(const Options& options) {
-  const Configuration configuration = options.configuration.Load();
-  const model::Derived derived(configuration.model);
-  const double x3_in = options.x3_in.value_or(configuration.start_x3_in);
-  const model::SteadyState start = RequireSteadyStateAt(derived, x3_in);
-  const auto ticks = static_cast<std::uint64_t>(std::llround(options.duration_s / model::kTickS));
-  const auto every = static_cast<std::uint64_t>(options.every_ticks);
-
-  P1Input p1(start.p1_psi, options);
-  Simulation simulation(derived, start);
-  CsvOutput output(options.output);
-  output.Write(simulation.Now(), simulation.OutputsAt(simulation.Now()));
-  for (std::uint64_t tick = 0; tick < ticks; ++tick) {
-    const Sample& sample = simulation.Tick(p1.For(tick));
-    if (sample.model_fault) {
-      output.Finish();
-      std::fprintf(
-          stderr,
-          "servohil: model fault at t = %.4f s: the state left the model's domain after x3 = %.6g in, "
-          "P3 = %.6g psi; the output ends there\n",
-          static_cast<double>(sample.tick) * model::kTickS, sample.state.x3_in, sample.state.p3_psi);
-      return kExitNotValid;
-    }
-    if (sample.tick % every == 0) output.Write(sample, simulation.OutputsAt(sample));
+/// What is wrong with it, on standard error. @return exit status
+int Report(const Sample& end) {
+  if (end.model_fault) {
+    std::cerr << Formatted(
+        "servohil: model fault at t = %.4f s: the state left the model's domain after x3 = %.6g in, "
+        "P3 = %.6g psi; the output ends there\n",
+        static_cast<double>(end.tick) * model::kTickS, end.state.x3_in, end.state.p3_psi);
+    return kExitNotValid;
   }
-  output.Finish();
-  if (const std::uint64_t unresolved = simulation.Now().unresolved_ticks; unresolved > 0) {
-    std::fprintf(stderr,
-                 "servohil: %llu of %llu ticks were faster than %d sub-steps resolve: less accurate there\n",
-                 static_cast<unsigned long long>(unresolved), static_cast<unsigned long long>(ticks),
-                 model::kMaxSubSteps);
+  if (end.unresolved_ticks > 0) {
+    std::cerr << Formatted(
+        "servohil: %llu of %llu ticks were faster than %d sub-steps resolve: less accurate there\n",
+        static_cast<unsigned long long>(end.unresolved_ticks), static_cast<unsigned long long>(end.tick),
+        model::kMaxSubSteps);
   }
   return kExitOk;
+}
+
+/// Nothing where there is no --record.
+std::unique_ptr<Recorder> OpenRecording(const Options& options, const Configuration& configuration) {
+  if (options.recording.directory.empty()) return nullptr;
+  const Contract contract(can::ReadDbc(configuration.can.dbc), configuration.publish);
+  return options.recording.Open(DescribeConfiguration(configuration), contract, "fast", std::nullopt, {});
+}
+
+int Simulate(const Options& options) {
+  Configuration configuration = options.configuration.Load();
+  configuration.start_x3_in = options.x3_in.value_or(configuration.start_x3_in);
+  const model::Derived derived(configuration.model);
+  const model::SteadyState start = RequireSteadyStateAt(derived, configuration.start_x3_in);
+  const auto recorder = OpenRecording(options, configuration);
+  TaskOptions task_options;
+  task_options.duration_ticks = static_cast<std::uint64_t>(std::llround(options.duration_s / model::kTickS));
+  task_options.recorder = recorder.get();
+  const auto task = std::make_unique<SimulationTask>(derived, start, task_options);
+
+  const std::string csv = options.output.value_or(recorder ? "" : "-");
+  std::optional<CsvOutput> output;
+  if (!csv.empty()) output.emplace(csv);
+  const auto every = static_cast<std::uint64_t>(options.every_ticks);
+  const auto write = [&] {
+    const Sample& sample = task->Now().sample;
+    if (output && sample.tick % every == 0) output->Write(sample, task->OutputsAt(sample));
+  };
+  write();
+  RunScript(*task, P1Over(start.p1_psi, options), [&] {
+    if (task->Now().sample.model_fault) return false;
+    write();
+    return true;
+  });
+  if (output) output->Finish();
+  std::cerr << FinishRecording(recorder.get(), options.recording.directory, task->Now(),
+                               JudgeRun(task->Now(), 0).Text());
+  return Report(task->Now().sample);
 }
 
 }  // namespace
@@ -167,8 +167,11 @@ void AddSimulateCommand(CLI::App& program, int& exit_status) {
   command.add_option("--every", options->every_ticks, "writes every n-th tick of 0.1 ms; default: 1")
       ->type_name("TICKS")
       ->check(CLI::Range(1, 1'000'000'000));
-  command.add_option("-o,--output", options->output, "CSV file; - (default): standard output")
+  command
+      .add_option("-o,--output", options->output,
+                  "CSV file; -: standard output; default: - unless it is recorded")
       ->type_name("FILE");
+  options->recording.AddTo(command);
   command.callback([options, &exit_status] { exit_status = Simulate(*options); });
 }
 

@@ -14,11 +14,12 @@ namespace servohil::app {
 
 /// Exit statuses of the program.
 inline constexpr int kExitOk = 0;
-inline constexpr int kExitNotValid = 1;     ///< the run was not valid: late ticks or a model fault
+inline constexpr int kExitNotValid = 1;     ///< the run was not valid, or the replay differs
 inline constexpr int kExitUsage = 2;        ///< usage or configuration
 inline constexpr int kExitEnvironment = 3;  ///< the machine lacks something
 
 void AddLinearCommand(CLI::App& program, int& exit_status);
+void AddReplayCommand(CLI::App& program, int& exit_status);
 void AddRunCommand(CLI::App& program, int& exit_status);
 void AddSimulateCommand(CLI::App& program, int& exit_status);
 void AddSteadyCommand(CLI::App& program, int& exit_status);

@@ -24,6 +24,10 @@ struct Quantity {
   double (*value)(const Telemetry&, const model::Outputs&);
 };
 
+double Ms(std::int64_t ns) {
+  return static_cast<double>(ns) / 1e6;
+}
+
 using T = Telemetry;
 using O = model::Outputs;
 
@@ -42,14 +46,18 @@ constexpr std::array kRelayQuantities = std::to_array<Quantity>({
     {"X1", "in", [](const T&, const O& o) { return o.x1_in; }},
     {"X2", "in", [](const T&, const O& o) { return o.x2_in; }},
     {"X4", "in", [](const T&, const O& o) { return o.x4_in; }},
+    {"SubSteps", "", [](const T& t, const O&) { return static_cast<double>(t.sample.sub_steps); }},
 });
 constexpr std::array kStatusQuantities = std::to_array<Quantity>({
     {"Mode", "", [](const T& t, const O&) { return static_cast<double>(t.status.mode); }},
-    {"TimingValid", "", [](const T& t, const O&) { return t.status.timing_valid ? 1.0 : 0.0; }},
+    {"TimingValid", "", [](const T& t, const O&) { return t.status.TimingValid() ? 1.0 : 0.0; }},
     {"ModelFault", "", [](const T& t, const O&) { return t.sample.model_fault ? 1.0 : 0.0; }},
     {"Stuck", "", [](const T& t, const O&) { return t.sample.state.mode.PistonRests() ? 1.0 : 0.0; }},
     {"ActiveFaults", "", [](const T&, const O&) { return 0.0; }},
-    {"LateTicks", "", [](const T& t, const O&) { return static_cast<double>(t.status.late_ticks); }},
+    {"Unresolved", "", [](const T& t, const O&) { return t.sample.unresolved_ticks > 0 ? 1.0 : 0.0; }},
+    {"LateTicks", "", [](const T& t, const O&) { return static_cast<double>(t.status.late.Total()); }},
+    {"WorstLateness", "ms", [](const T& t, const O&) { return Ms(t.status.worst_lateness_ns); }},
+    {"RecentLateness", "ms", [](const T& t, const O&) { return Ms(t.status.recent_lateness_ns); }},
     {"CommandAge", "ms",
      [](const T& t, const O&) {
        return t.status.commanded ? static_cast<double>(t.status.command_age_ticks) / kTicksPerMs

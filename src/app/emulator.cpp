@@ -12,21 +12,34 @@ namespace servohil::app {
 namespace {
 
 constexpr std::int64_t kTickNs = 100'000;
+constexpr int kTicksPerMs = 10;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.
 constexpr std::int64_t kSenderDelayNs = 50'000;
 constexpr int kReceiverPriorityBelow = 5;
 constexpr int kSenderPriorityBelow = 10;
+constexpr int kForEver = -1;
+
+/// In lockstep each answer has every message, whatever its cycle.
+TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contract) {
+  TaskOptions task = options.task;
+  for (std::size_t i = 0; i < kPublishedCount && options.clock == Clock::kReal; ++i)
+    task.cycle_ticks[i] = contract.CycleTicks(static_cast<Published>(i));
+  return task;
+}
 
 }  // namespace
 
 Emulator::Emulator(const model::Derived& derived, const model::SteadyState& start, const Contract& contract,
                    can::Network& network, const EmulatorOptions& options)
-    : contract_(contract),
-      network_(network),
+    : network_(network),
       options_(options),
-      task_(std::make_unique<SimulationTask>(derived, start, contract, options)),
-      loop_(options.loop.wake_ticks * kTickNs),
+      task_(std::make_unique<SimulationTask>(derived, start, TaskOptionsOf(options, contract))),
+      receiver_(std::make_unique<Receiver>(contract, *task_, options.task.recorder)),
+      sender_(std::make_unique<Sender>(contract, *task_, network, options.task.recorder)),
+      loop_(options.task.loop.wake_ticks * kTickNs,
+            static_cast<std::uint64_t>(options.task.loop.grace_ms * kTicksPerMs /
+                                       options.task.loop.wake_ticks)),
       finished_fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   if (finished_fd_ < 0) throw EnvironmentError("no event descriptor: too many open files");
 }
@@ -37,10 +50,19 @@ Emulator::~Emulator() {
 }
 
 rt::Shortcomings Emulator::Start() {
+  if (options_.clock == Clock::kReal) {
+    StartRealTime();
+  } else {
+    simulation_thread_ = std::thread([this] { RunLockstep(); });
+  }
+  return shortcomings_;
+}
+
+void Emulator::StartRealTime() {
   if (options_.real_time != RealTime::kOff) shortcomings_ = rt::LockMemory();
-  simulator_ = std::thread([this] { RunSimulation(); });
-  receiver_ = std::thread([this] { RunReceiver(); });
-  sender_ = std::thread([this] { RunSender(); });
+  simulation_thread_ = std::thread([this] { RunSimulation(); });
+  receiver_thread_ = std::thread([this] { RunReceiver(); });
+  sender_thread_ = std::thread([this] { RunSender(); });
   ready_.wait();
   if (options_.real_time == RealTime::kRequire && !shortcomings_.empty()) {
     stop_ = true;
@@ -49,21 +71,29 @@ rt::Shortcomings Emulator::Start() {
     Stop();
     throw EnvironmentError("--rt require: " + shortcomings_.front());
   }
-  first_deadline_ns_ = rt::MonotonicNs() + options_.loop.wake_ticks * kTickNs;
+  first_deadline_ns_ = rt::MonotonicNs() + options_.task.loop.wake_ticks * kTickNs;
   go_.count_down();
-  return shortcomings_;
 }
 
 void Emulator::Stop() noexcept {
-  if (!sender_.joinable()) return;
+  if (!simulation_thread_.joinable()) return;
   stop_ = true;
-  simulator_.join();
-  network_.Wake();
-  receiver_.join();
-  stop_sender_ = true;
-  sender_.join();
-  SendDue(true);
-  SendStopped();
+  if (options_.clock == Clock::kReal) {
+    simulation_thread_.join();
+    network_.Wake();
+    receiver_thread_.join();
+    stop_sender_ = true;
+    sender_thread_.join();
+    sender_->SendRest();
+  } else {
+    network_.Wake();
+    simulation_thread_.join();
+  }
+  sender_->SendStopped();
+}
+
+void Emulator::Finish() noexcept {
+  eventfd_write(finished_fd_, 1);
 }
 
 void Emulator::BeReady(const char* name, int priority, int cpu) {
@@ -82,86 +112,52 @@ void Emulator::BeReady(const char* name, int priority, int cpu) {
 }
 
 void Emulator::RunSimulation() {
-  BeReady("sim", options_.loop.priority, options_.loop.cpu);
+  BeReady("sim", options_.task.loop.priority, options_.task.loop.cpu);
   const long faults_before = rt::ThreadPageFaults();
   loop_.Run(
       stop_, [this](const rt::LoopTiming& timing) noexcept { return task_->Wake(timing); },
       first_deadline_ns_);
   loop_page_faults_ = rt::ThreadPageFaults() - faults_before;
-  eventfd_write(finished_fd_, 1);
+  Finish();
 }
 
 void Emulator::RunReceiver() {
-  BeReady("can_rx", options_.loop.priority - kReceiverPriorityBelow, -1);
-  constexpr int kForEver = -1;
+  BeReady("can_rx", options_.task.loop.priority - kReceiverPriorityBelow, -1);
   while (!stop_.load(std::memory_order_relaxed)) {
-    const std::optional<can::Frame> frame = network_.Receive(kForEver);
-    if (!frame) continue;
-    CommandRejection rejection{};
-    if (const std::optional<Command> command = contract_.DecodeCommand(*frame, rejection)) {
-      task_->PutCommand(*command);
-      ++traffic_.commands;
-      continue;
-    }
-    switch (rejection) {
-      case CommandRejection::kUnknownId:
-        ++traffic_.foreign;
-        break;
-      case CommandRejection::kMalformed:
-        ++traffic_.malformed;
-        break;
-      case CommandRejection::kOutOfRange:
-        ++traffic_.out_of_range;
-        break;
-    }
+    if (const std::optional<can::Frame> frame = network_.Receive(kForEver)) receiver_->Take(*frame);
   }
 }
 
 void Emulator::RunSender() {
-  BeReady("can_tx", options_.loop.priority - kSenderPriorityBelow, -1);
-  rt::PeriodicLoop loop(options_.loop.wake_ticks * kTickNs);
+  BeReady("can_tx", options_.task.loop.priority - kSenderPriorityBelow, -1);
+  rt::PeriodicLoop loop(options_.task.loop.wake_ticks * kTickNs);
   loop.Run(
       stop_sender_,
       [this](const rt::LoopTiming&) noexcept {
-        SendDue(false);
+        sender_->SendDue();
         return true;
       },
       first_deadline_ns_ + kSenderDelayNs);
 }
 
-void Emulator::SendDue(bool at_once) noexcept {
-  // Of several states that wait, only the newest of each message is sent, and no two closer than half its
-  // cycle: after a delay the bus gets the present, not a burst of the past.
-  Telemetry telemetry;
-  while (task_->TryPopTelemetry(telemetry)) {
-    for (std::size_t i = 0; i < kPublishedCount; ++i) {
-      if (!telemetry.due[i]) continue;
-      if (waiting_[i].due) ++traffic_.superseded;
-      waiting_[i].due = true;
-      waiting_[i].telemetry = telemetry;
-    }
+void Emulator::RunLockstep() {
+  rt::NameThread("sim");
+  bool goes_on = true;
+  while (goes_on && !stop_.load(std::memory_order_relaxed)) {
+    const std::optional<can::Frame> frame = network_.Receive(kForEver);
+    if (!frame) continue;
+    const bool is_command = receiver_->Take(*frame);
+    if (!LetsTimePass(*frame, is_command)) continue;
+    goes_on = task_->Run(options_.lockstep.ticks);
+    sender_->SendAll(task_->Now(), stop_);
   }
-  const std::int64_t now_ns = rt::MonotonicNs();
-  for (std::size_t i = 0; i < kPublishedCount; ++i) {
-    const auto which = static_cast<Published>(i);
-    if (!waiting_[i].due || (now_ns < waiting_[i].not_before_ns && !at_once)) continue;
-    waiting_[i].due = false;
-    waiting_[i].not_before_ns = now_ns + static_cast<std::int64_t>(contract_.CycleTicks(which)) * kTickNs / 2;
-    SendMessage(which, waiting_[i].telemetry);
-  }
+  Finish();
 }
 
-void Emulator::SendStopped() noexcept {
-  if (contract_.CycleTicks(Published::kStatus) == 0) return;
-  Telemetry last = task_->Final();
-  last.status.mode = Mode::kStopped;
-  SendMessage(Published::kStatus, last);
-}
-
-void Emulator::SendMessage(Published which, const Telemetry& telemetry) noexcept {
-  const can::Frame frame = contract_.Encode(which, telemetry, task_->OutputsAt(telemetry.sample));
-  const bool sent = network_.Send(frame) == can::SendResult::kSent;
-  ++(sent ? traffic_.published : traffic_.not_sent);
+bool Emulator::LetsTimePass(const can::Frame& frame, bool is_command) const noexcept {
+  if (options_.lockstep.sync_id < 0) return is_command;
+  return !frame.extended && !frame.remote &&
+         frame.id == static_cast<std::uint32_t>(options_.lockstep.sync_id);
 }
 
 }  // namespace servohil::app

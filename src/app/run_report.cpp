@@ -1,9 +1,13 @@
 #include "run_report.hpp"
 
+#include <algorithm>
+
 #include "formatted.hpp"
 
 namespace servohil::app {
 namespace {
+
+using Count = unsigned long long;  // for printf
 
 double Us(std::uint64_t ns) {
   return static_cast<double>(ns) / 1e3;
@@ -11,91 +15,151 @@ double Us(std::uint64_t ns) {
 double Ms(std::int64_t ns) {
   return static_cast<double>(ns) / 1e6;
 }
+double Seconds(std::uint64_t ticks) {
+  return static_cast<double>(ticks) * model::kTickS;
+}
 
-const char* Name(Mode mode) {
-  switch (mode) {
-    case Mode::kWaiting:
-      return "waiting";
-    case Mode::kRunning:
-      return "running";
-    case Mode::kModelFault:
-      return "MODEL FAULT";
-    case Mode::kStopped:
-      return "stopped";
+std::string Quantiles(const rt::LatencyHistogram& h) {
+  return Formatted("median %.1f us, 99.9 %% %.1f us, worst %.1f us", Us(h.QuantileNs(0.5)),
+                   Us(h.QuantileNs(0.999)), Us(h.MaxNs()));
+}
+
+std::string LateSummary(const LateTicks& late, std::int64_t worst_ns) {
+  return Formatted("late ticks %llu (%llu woke late, %llu computed long, %llu both), worst lateness %.3f ms",
+                   Count{late.Total()}, Count{late.woke_late}, Count{late.computed_long}, Count{late.both},
+                   Ms(worst_ns));
+}
+
+std::string TimingSummary(const Emulator& emulator, const EmulatorOptions& options) {
+  const Status& status = emulator.Final().status;
+  const rt::LoopTiming& timing = emulator.Timing();
+  const int wake_ticks = options.task.loop.wake_ticks;
+  std::string text = Formatted("wake-up  every %.1f ms; latency ", wake_ticks / 10.0) +
+                     Quantiles(timing.wake_latency) + "; " +
+                     LateSummary(status.late, status.worst_lateness_ns) + '\n';
+  std::vector<rt::LateWake> worst(timing.late.Worst().begin(), timing.late.Worst().end());
+  std::sort(worst.begin(), worst.end(),
+            [](const rt::LateWake& a, const rt::LateWake& b) { return a.wake < b.wake; });
+  for (const rt::LateWake& late : worst) {
+    text += Formatted(
+        "late     at tick %llu by %.3f ms, %s: longest compute before it %.3f ms, %llu ticks behind, CPU "
+        "%d%s\n",
+        Count{(late.wake - 1) * static_cast<std::uint64_t>(wake_ticks) + 1}, Ms(late.lateness_ns),
+        NameOf(late.cause), Ms(late.compute_ns), Count{late.behind * static_cast<std::uint64_t>(wake_ticks)},
+        late.cpu, late.in_grace ? ", in the start-up grace" : "");
   }
-  return "?";
+  if (status.late.in_grace > 0)
+    text += Formatted("grace    %llu late ticks in the first %d ms do not count\n",
+                      Count{status.late.in_grace}, options.task.loop.grace_ms);
+  if (status.overruns > 0)
+    text += Formatted("overrun  %llu times more than %d ticks were to be caught up\n", Count{status.overruns},
+                      options.task.loop.max_catch_up_ticks);
+  text += "compute  per wake-up " + Quantiles(timing.compute) +
+          Formatted("; page faults in the loop %ld\n", emulator.LoopPageFaults());
+  text += "command  from arrival to its first tick " + Quantiles(emulator.ArrivalToTick()) +
+          "; to its first frame " + Quantiles(emulator.ArrivalToFrame()) + '\n';
+  return text;
 }
 
 }  // namespace
 
-std::string StatusLine(const Telemetry& t, double ticks_per_s, const can::BusStatistics& bus) {
-  return Formatted(
-      "%s  t %.1f s  %.0f ticks/s  worst latency %.3f ms  late ticks %llu  P1 %.3f psi  x3 %.4f in  "
-      "frames in %llu out %llu",
-      Name(t.status.mode), static_cast<double>(t.sample.tick) * model::kTickS, ticks_per_s,
-      Ms(t.status.worst_lateness_ns), static_cast<unsigned long long>(t.status.late_ticks), t.sample.p1_psi,
-      t.sample.state.x3_in, static_cast<unsigned long long>(bus.received),
-      static_cast<unsigned long long>(bus.sent));
+const char* NameOf(Mode mode) {
+  switch (mode) {
+    case Mode::kWaiting:
+      return "WAITING";
+    case Mode::kRunning:
+      return "RUNNING";
+    case Mode::kModelFault:
+      return "MODEL_FAULT";
+    case Mode::kFrozen:
+      return "FROZEN";
+    default:
+      return "STOPPED";
+  }
 }
 
-std::string Summary(const Emulator& emulator, const can::Network& network, const LoopSettings& loop) {
-  const Telemetry end = emulator.Final();
-  const rt::LoopTiming& timing = emulator.Timing();
-  const TrafficCounters& traffic = emulator.Traffic();
-  const auto count = [](const std::atomic<std::uint64_t>& c) {
-    return static_cast<unsigned long long>(c.load());
-  };
-  std::string text;
-  text += Formatted("ran      %llu ticks, %.4f s simulated; x3 %.4f in, P1 %.3f psi, P3 %.2f psi, mode %s\n",
-                    static_cast<unsigned long long>(end.sample.tick),
-                    static_cast<double>(end.sample.tick) * model::kTickS, end.sample.state.x3_in,
-                    end.sample.p1_psi, end.sample.state.p3_psi, Name(end.status.mode));
-  text += Formatted("wake-up  every %.1f ms; latency median %.1f us, 99.9 %% %.1f us, worst %.1f us; ",
-                    static_cast<double>(loop.wake_ticks) / 10.0, Us(timing.wake_latency.QuantileNs(0.5)),
-                    Us(timing.wake_latency.QuantileNs(0.999)), Us(timing.wake_latency.MaxNs()));
-  text += Formatted("late ticks %llu, worst lateness %.3f ms\n",
-                    static_cast<unsigned long long>(end.status.late_ticks), Ms(timing.worst_lateness_ns));
-  text += Formatted("model    %llu ticks were faster than %d sub-steps resolve\n",
-                    static_cast<unsigned long long>(end.sample.unresolved_ticks), model::kMaxSubSteps);
-  text += Formatted(
-      "compute  per wake-up median %.2f us, 99.9 %% %.2f us, worst %.2f us; page faults in the loop %ld\n",
-      Us(timing.compute.QuantileNs(0.5)), Us(timing.compute.QuantileNs(0.999)), Us(timing.compute.MaxNs()),
-      emulator.LoopPageFaults());
+const char* NameOf(rt::LateCause cause) {
+  switch (cause) {
+    case rt::LateCause::kWokeLate:
+      return "woke late";
+    case rt::LateCause::kComputedLong:
+      return "computed long";
+    default:
+      return "woke late and computed long";
+  }
+}
+
+std::string StatusLine(const Telemetry& t, double ticks_per_s, const Emulator& emulator,
+                       const can::BusStatistics& bus) {
+  const rt::LatencyHistogram& latency = emulator.Timing().wake_latency;
+  return Formatted(
+      "%s  t %.1f s  %.0f ticks/s  wake-up latency 99.9 %% %.3f ms, worst %.3f ms  late ticks %llu  P1 %.3f "
+      "psi  "
+      "x3 %.4f in  frames in %llu out %llu",
+      NameOf(t.status.mode), Seconds(t.sample.tick), ticks_per_s, Us(latency.QuantileNs(0.999)) / 1e3,
+      Us(latency.MaxNs()) / 1e3, Count{t.status.late.Total()}, t.sample.p1_psi, t.sample.state.x3_in,
+      Count{bus.received}, Count{bus.sent});
+}
+
+std::string SimulationSummary(const Telemetry& end) {
+  const Sample& s = end.sample;
+  return Formatted("ran      %llu ticks, %.4f s simulated; x3 %.4f in, P1 %.3f psi, P3 %.2f psi, mode %s\n",
+                   Count{s.tick}, Seconds(s.tick), s.state.x3_in, s.p1_psi, s.state.p3_psi,
+                   NameOf(end.status.mode)) +
+         Formatted("hash     %016llx\n", Count{s.state_hash}) +
+         Formatted("model    %llu ticks were faster than %d sub-steps resolve\n", Count{s.unresolved_ticks},
+                   model::kMaxSubSteps);
+}
+
+std::string Summary(const Emulator& emulator, const can::Network& network, const EmulatorOptions& options) {
+  const ReceiveCounters& in = emulator.Received();
+  const SendCounters& out = emulator.Sent();
+  const auto count = [](const std::atomic<std::uint64_t>& c) { return Count{c.load()}; };
+  std::string text = SimulationSummary(emulator.Final());
+  if (options.clock == Clock::kReal) text += TimingSummary(emulator, options);
   text += Formatted("in       %llu commands, %llu of other ids, %llu malformed, %llu out of range\n",
-                    count(traffic.commands), count(traffic.foreign), count(traffic.malformed),
-                    count(traffic.out_of_range));
+                    count(in.commands), count(in.foreign), count(in.malformed), count(in.out_of_range));
   text += Formatted("out      %llu published, %llu not sent, %llu superseded, %llu lost in the program\n",
-                    count(traffic.published), count(traffic.not_sent), count(traffic.superseded),
-                    static_cast<unsigned long long>(emulator.TelemetryDropped()));
+                    count(out.published), count(out.not_sent), count(out.superseded),
+                    Count{emulator.TelemetryDropped()});
   for (const auto& bus : network.Buses()) {
     const can::BusStatistics s = bus->Statistics();
     const std::string state = bus->State();
     text += Formatted(
         "bus      %s%s%s: %llu in, %llu out, %llu dropped (queue full), %llu dropped (not connected), "
         "%llu receive overflows, %llu malformed\n",
-        bus->Name().c_str(), state.empty() ? "" : ", ", state.c_str(),
-        static_cast<unsigned long long>(s.received), static_cast<unsigned long long>(s.sent),
-        static_cast<unsigned long long>(s.dropped_queue_full),
-        static_cast<unsigned long long>(s.dropped_disconnected),
-        static_cast<unsigned long long>(s.receive_overflows), static_cast<unsigned long long>(s.malformed));
+        bus->Name().c_str(), state.empty() ? "" : ", ", state.c_str(), Count{s.received}, Count{s.sent},
+        Count{s.dropped_queue_full}, Count{s.dropped_disconnected}, Count{s.receive_overflows},
+        Count{s.malformed});
   }
-  text += "verdict  " + JudgeRun(end).text + '\n';
   return text;
 }
 
-Verdict JudgeRun(const Telemetry& final) {
-  std::string reasons;
-  if (!final.status.timing_valid) {
-    reasons += Formatted("timing: %llu late ticks, the worst began %.3f ms after its deadline",
-                         static_cast<unsigned long long>(final.status.late_ticks),
-                         Ms(final.status.worst_lateness_ns));
+std::string Verdict::Text() const {
+  if (Valid()) return "VALID";
+  std::string text = "INVALID: ";
+  for (const std::string& reason : reasons) text += (&reason == &reasons.front() ? "" : "; ") + reason;
+  return text;
+}
+
+Verdict JudgeRun(const Telemetry& end, std::uint64_t lost_frames) {
+  Verdict verdict;
+  if (!end.status.TimingValid())
+    verdict.reasons.push_back("timing: " + LateSummary(end.status.late, end.status.worst_lateness_ns));
+  if (end.status.mode == Mode::kFrozen)
+    verdict.reasons.emplace_back("overrun: simulated time was frozen (loop.overrun = \"freeze\")");
+  if (end.sample.model_fault) {
+    verdict.reasons.push_back(
+        Formatted("model: the state left the model's domain after x3 = %.6g in", end.sample.state.x3_in));
   }
-  if (final.sample.model_fault) {
-    reasons += Formatted("%smodel: the state left the model's domain after x3 = %.6g in",
-                         reasons.empty() ? "" : "; ", final.sample.state.x3_in);
+  if (lost_frames > 0) {
+    verdict.reasons.push_back(
+        Formatted("lockstep: %llu frames were lost before they could be received: the governor must wait for "
+                  "the answer "
+                  "to each",
+                  Count{lost_frames}));
   }
-  if (reasons.empty()) return {true, "VALID"};
-  return {false, "INVALID: " + reasons};
+  return verdict;
 }
 
 }  // namespace servohil::app

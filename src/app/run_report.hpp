@@ -1,7 +1,8 @@
 #pragma once
-/// What `servohil run` tells its user: ready line, status line, summary, verdict.
+/// What `servohil run` tells its user: status line, summary, verdict.
 
 #include <string>
+#include <vector>
 
 #include "servohil/app/emulator.hpp"
 #include "servohil/can/network.hpp"
@@ -9,16 +10,26 @@
 namespace servohil::app {
 
 /// The status line, once a second on a terminal.
-std::string StatusLine(const Telemetry& telemetry, double ticks_per_s, const can::BusStatistics& bus);
+std::string StatusLine(const Telemetry& telemetry, double ticks_per_s, const Emulator& emulator,
+                       const can::BusStatistics& bus);
 
-/// The summary at the end, several lines.
-std::string Summary(const Emulator& emulator, const can::Network& network, const LoopSettings& loop);
+/// What the simulation came to: ticks, state, state hash; one line each.
+std::string SimulationSummary(const Telemetry& end);
 
-/// "VALID" or "INVALID: reasons".
+/// The summary of a run on a bus, several lines, without the verdict.
+std::string Summary(const Emulator& emulator, const can::Network& network, const EmulatorOptions& options);
+
+/// Whether a verdict about a governor may rest on this run.
 struct Verdict {
-  bool valid;
-  std::string text;
+  std::vector<std::string> reasons;  ///< why not; none: it may
+  bool Valid() const { return reasons.empty(); }
+  std::string Text() const;  ///< "VALID" or "INVALID: reasons"
 };
-Verdict JudgeRun(const Telemetry& final);
+/// @param lost_frames  that the receiver never saw; they only matter where frames let time pass (lockstep)
+Verdict JudgeRun(const Telemetry& end, std::uint64_t lost_frames);
+
+/// Names as in the statistics and the DBC: "WAITING", "woke late".
+const char* NameOf(Mode mode);
+const char* NameOf(rt::LateCause cause);
 
 }  // namespace servohil::app

@@ -61,6 +61,7 @@ std::optional<Frame> Network::ReceiveNow() noexcept {
     if (std::optional<Frame> frame = buses_[at]->Receive()) {
       next_ = (at + 1) % buses_.size();
       Forward(*frame, at);
+      frame->bus = static_cast<std::uint8_t>(at);
       return frame;
     }
   }

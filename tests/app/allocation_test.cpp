@@ -48,9 +48,9 @@ TEST(Allocations, AndPageFaultsAreNoneInTenThousandTicksAfterTheStart) {
   // Friction, stabilizer, commands, publishing: everything the loop can do.
   const testing::DefaultSetup setup(
       {"friction.coulomb_psi=5", "stabilizer.enabled=true", "loop.wake_ticks=1"});
-  EmulatorOptions options = setup.Options();
+  TaskOptions options = setup.Options();
   options.duration_ticks = 10'000;
-  const auto task = std::make_unique<SimulationTask>(setup.derived, setup.start, setup.contract, options);
+  const auto task = std::make_unique<SimulationTask>(setup.derived, setup.start, options);
   long allocations = -1;
   long page_faults = -1;
   std::uint64_t wakes = 0;

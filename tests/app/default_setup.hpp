@@ -3,7 +3,7 @@
 
 #include "servohil/app/configuration.hpp"
 #include "servohil/app/contract.hpp"
-#include "servohil/app/emulator.hpp"
+#include "servohil/app/simulation_task.hpp"
 #include "servohil/can/dbc.hpp"
 
 namespace servohil::app::testing {
@@ -17,9 +17,11 @@ struct DefaultSetup {
         start(model::SteadyStateAt(derived, configuration.start_x3_in)),
         contract(can::ReadDbc(configuration.can.dbc), configuration.publish) {}
 
-  EmulatorOptions Options() const {
-    EmulatorOptions options;
+  TaskOptions Options() const {
+    TaskOptions options;
     options.loop = configuration.loop;
+    for (std::size_t i = 0; i < kPublishedCount; ++i)
+      options.cycle_ticks[i] = contract.CycleTicks(static_cast<Published>(i));
     return options;
   }
 

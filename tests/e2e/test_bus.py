@@ -226,7 +226,7 @@ def test_mode_and_age_of_the_command(start, connect):
     emulator = start()
     client = connect(emulator)
     status = client.newest("SERVO_Status")
-    assert (status["Mode"], status["CommandAge"]) == (WAITING, 65535)
+    assert (status["Mode"], status["CommandAge"]) == (WAITING, 4095)
     client.send_p1(STEP_P1_PSI)
     first = client.newest("SERVO_Status", lambda f: f["Mode"] == RUNNING)
     assert first["CommandAge"] <= 100  # of a status every 100 ms

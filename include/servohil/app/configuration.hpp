@@ -13,10 +13,21 @@
 
 namespace servohil::app {
 
+/// What happens when more ticks are to be caught up than loop.max_catch_up_ticks.
+enum class Overrun : std::uint8_t { kCatchUp, kFreeze, kStop };
+
 struct LoopSettings {
   int wake_ticks = 10;  ///< ticks of 0.1 ms per wake-up
   int priority = 80;    ///< SCHED_FIFO
   int cpu = -1;         ///< -1: any
+  Overrun overrun = Overrun::kCatchUp;
+  int max_catch_up_ticks = 1000;
+  int grace_ms = 0;  ///< at the start: late ticks are told, but do not make the run invalid
+};
+
+struct LockstepSettings {
+  int ticks = 100;   ///< of 0.1 ms per frame that lets time pass
+  int sync_id = -1;  ///< standard identifier of that frame; -1: the command frame
 };
 
 struct CanSettings {
@@ -41,6 +52,7 @@ struct Configuration {
   std::string load_closing_file;  ///< empty: one curve for both directions
   double start_x3_in = 4.0;
   LoopSettings loop;
+  LockstepSettings lockstep;
   CanSettings can;
   PublishSettings publish;
 };
@@ -49,7 +61,8 @@ struct Configuration {
 using Place = std::variant<double& (*)(Configuration&), int& (*)(Configuration&), bool& (*)(Configuration&),
                            std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
                            model::Physics& (*)(Configuration&), model::OilName& (*)(Configuration&),
-                           model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&)>;
+                           model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&),
+                           Overrun& (*)(Configuration&)>;
 
 struct Key {
   const char* name;  ///< "servo.underlap_in"
@@ -77,6 +90,11 @@ inline std::span<const char* const> NamesOf(model::CamShape) {
 }
 inline std::span<const char* const> NamesOf(model::LoadBeyond) {
   static constexpr const char* kNames[] = {"extrapolate", "hold"};
+  return kNames;
+}
+
+inline std::span<const char* const> NamesOf(Overrun) {
+  static constexpr const char* kNames[] = {"catch_up", "freeze", "stop"};
   return kNames;
 }
 

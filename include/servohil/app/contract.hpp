@@ -11,6 +11,7 @@
 #include "servohil/app/telemetry.hpp"
 #include "servohil/can/dbc.hpp"
 #include "servohil/can/frame.hpp"
+#include "servohil/model/servomotor.hpp"
 
 namespace servohil::app {
 
@@ -36,6 +37,10 @@ class Contract {
   can::Frame Encode(Published which, const Telemetry& telemetry,
                     const model::Outputs& outputs) const noexcept;
 
+  /// Layout of one published message; null: never sent.
+  const can::Message* MessageOf(Published which) const noexcept {
+    return outgoing_[static_cast<std::size_t>(which)].message;
+  }
   /// Cycle time in ticks; 0: never.
   std::uint64_t CycleTicks(Published which) const noexcept;
 

@@ -1,11 +1,12 @@
 #pragma once
-/// The running emulator: simulation, receiver and sender, each a thread, and the channels between them.
+/// The running emulator: its threads and the channels between them.
 ///
+/// In real time, three threads:
 ///   network → [can_rx] decode ─ Command ▶ mailbox ▶ [sim] tick ─ Telemetry ▶ ring ▶ [can_tx] encode →
 ///   network
-///                                                      └─ Telemetry ▶ mailbox ▶ whoever watches
+///                                                     └─ Telemetry ▶ mailbox ▶ whoever watches
+/// In lockstep, one: network → decode → n ticks → encode → network, each frame for itself.
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <latch>
@@ -14,75 +15,30 @@
 #include <thread>
 
 #include "servohil/app/contract.hpp"
-#include "servohil/app/simulation.hpp"
-#include "servohil/app/telemetry.hpp"
+#include "servohil/app/receiver.hpp"
+#include "servohil/app/sender.hpp"
+#include "servohil/app/simulation_task.hpp"
 #include "servohil/can/network.hpp"
-#include "servohil/rt/mailbox.hpp"
 #include "servohil/rt/periodic_loop.hpp"
 #include "servohil/rt/process.hpp"
-#include "servohil/rt/ring.hpp"
 
 namespace servohil::app {
 
 /// How much real time is asked of the machine.
 enum class RealTime : std::uint8_t { kRequire, kPrefer, kOff };
 
+/// Who says when time passes.
+enum class Clock : std::uint8_t {
+  kReal,      ///< the machine's clock
+  kLockstep,  ///< the governor's frames
+  kFast,      ///< nobody: as fast as it goes
+};
+
 struct EmulatorOptions {
-  LoopSettings loop;
-  RealTime real_time = RealTime::kPrefer;
-  std::uint64_t duration_ticks = 0;  ///< 0: until Stop()
-};
-
-/// Frames and why some did not count; totals since the start.
-struct TrafficCounters {
-  std::atomic<std::uint64_t> commands{0};
-  std::atomic<std::uint64_t> foreign{0};
-  std::atomic<std::uint64_t> malformed{0};
-  std::atomic<std::uint64_t> out_of_range{0};
-  std::atomic<std::uint64_t> published{0};
-  std::atomic<std::uint64_t> not_sent{0};    ///< refused by a full queue or a bus that is down
-  std::atomic<std::uint64_t> superseded{0};  ///< not sent because a newer state was already there
-};
-
-/// The simulation thread's work, without the thread: one call a wake-up. Owned by the emulator; the tests run
-/// it in their own loops.
-class SimulationTask {
- public:
-  SimulationTask(const model::Derived& derived, const model::SteadyState& start, const Contract& contract,
-                 const EmulatorOptions& options) noexcept;
-
-  /// Any one thread: newest valid command. Real-time safe.
-  void PutCommand(const Command& command) noexcept { commands_.Put(command); }
-
-  /// One wake-up: `wake_ticks` ticks, each with the newest command. @return false after the last tick.
-  /// Real-time safe.
-  bool Wake(const rt::LoopTiming& timing) noexcept;
-
-  /// The sender: what is due, oldest first. Real-time safe.
-  bool TryPopTelemetry(Telemetry& telemetry) noexcept { return telemetry_.TryPop(telemetry); }
-  std::uint64_t TelemetryDropped() const noexcept { return telemetry_.Dropped(); }
-  /// Whoever watches (one thread): the newest state.
-  bool TakeNewest(Telemetry& telemetry) noexcept { return newest_.Take(telemetry); }
-
-  /// After the last Wake().
-  Telemetry Final() const noexcept { return now_; }
-  model::Outputs OutputsAt(const Sample& sample) const noexcept { return simulation_.OutputsAt(sample); }
-
- private:
-  void Tick() noexcept;
-  void Publish() noexcept;
-
-  Simulation simulation_;
-  std::array<std::uint64_t, kPublishedCount> cycle_ticks_{};
-  int wake_ticks_;
-  std::uint64_t duration_ticks_;
-  Telemetry now_;
-  Command command_;
-  std::uint64_t command_tick_ = 0;
-
-  rt::Mailbox<Command> commands_;
-  rt::Ring<Telemetry, 1024> telemetry_;
-  rt::Mailbox<Telemetry> newest_;
+  TaskOptions task;
+  Clock clock = Clock::kReal;  ///< kReal or kLockstep
+  LockstepSettings lockstep;
+  RealTime real_time = RealTime::kPrefer;  ///< of no importance in lockstep
 };
 
 class Emulator {
@@ -94,50 +50,53 @@ class Emulator {
   Emulator(const Emulator&) = delete;
   Emulator& operator=(const Emulator&) = delete;
 
+  /// Before Start(): goes on from there.
+  void Restore(const Snapshot& snapshot) noexcept { task_->Restore(snapshot); }
+
   /// Starts the threads. Whatever real-time property could not be had is returned.
   /// @throws EnvironmentError when it is required
   rt::Shortcomings Start();
-  /// Readable once the duration is over.
+  /// Readable once the run has ended by itself.
   int FinishedFd() const noexcept { return finished_fd_; }
   /// Ends the threads; the last status goes out with mode STOPPED. Idempotent.
   void Stop() noexcept;
 
+  // Any time, one thread:
   bool TakeNewest(Telemetry& telemetry) noexcept { return task_->TakeNewest(telemetry); }
-  const TrafficCounters& Traffic() const noexcept { return traffic_; }
+  void RequestSnapshot() noexcept { task_->RequestSnapshot(); }
+  bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
+  const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
+  const SendCounters& Sent() const noexcept { return sender_->Counters(); }
+  const rt::LatencyHistogram& ArrivalToTick() const noexcept { return task_->ArrivalToTick(); }
+  const rt::LatencyHistogram& ArrivalToFrame() const noexcept { return sender_->ArrivalToFrame(); }
+  /// Its histograms; the rest after Stop().
+  const rt::LoopTiming& Timing() const noexcept { return loop_.Timing(); }
 
   // After Stop():
-  const rt::LoopTiming& Timing() const noexcept { return loop_.Timing(); }
-  Telemetry Final() const noexcept { return task_->Final(); }
+  const Telemetry& Final() const noexcept { return task_->Now(); }
   std::uint64_t TelemetryDropped() const noexcept { return task_->TelemetryDropped(); }
   /// Page faults of the simulation thread inside its loop.
   long LoopPageFaults() const noexcept { return loop_page_faults_; }
 
  private:
+  void StartRealTime();
   void RunSimulation();
   void RunReceiver();
   void RunSender();
+  void RunLockstep();
+  bool LetsTimePass(const can::Frame& frame, bool is_command) const noexcept;
   /// Sets up the calling thread, then waits for the start.
   void BeReady(const char* name, int priority, int cpu);
-  /// @param at_once  whatever was sent just before, as at the end
-  void SendDue(bool at_once) noexcept;
-  void SendStopped() noexcept;
-  void SendMessage(Published which, const Telemetry& telemetry) noexcept;
+  void Finish() noexcept;
 
-  const Contract& contract_;
   can::Network& network_;
   EmulatorOptions options_;
   std::unique_ptr<SimulationTask> task_;
+  std::unique_ptr<Receiver> receiver_;
+  std::unique_ptr<Sender> sender_;
   rt::PeriodicLoop loop_;
   std::int64_t first_deadline_ns_ = 0;
   long loop_page_faults_ = 0;
-  /// The sender's: newest state of each message that is due, and when it may go.
-  struct Waiting {
-    bool due = false;
-    std::int64_t not_before_ns = 0;
-    Telemetry telemetry;
-  };
-  std::array<Waiting, kPublishedCount> waiting_;
-  TrafficCounters traffic_;
   int finished_fd_ = -1;
 
   std::mutex shortcomings_mutex_;
@@ -146,9 +105,9 @@ class Emulator {
   std::latch go_{1};
   std::atomic<bool> stop_{false};         ///< simulation and receiver
   std::atomic<bool> stop_sender_{false};  ///< later: it still sends what the simulation has left
-  std::thread simulator_;
-  std::thread receiver_;
-  std::thread sender_;
+  std::thread simulation_thread_;
+  std::thread receiver_thread_;
+  std::thread sender_thread_;
 };
 
 }  // namespace servohil::app

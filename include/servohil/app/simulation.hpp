@@ -5,21 +5,14 @@
 #include <cmath>
 #include <cstdint>
 
+#include "servohil/app/sample.hpp"
+#include "servohil/app/state_hash.hpp"
 #include "servohil/model/derived.hpp"
 #include "servohil/model/servomotor.hpp"
 #include "servohil/model/steady_state.hpp"
 #include "servohil/model/step.hpp"
 
 namespace servohil::app {
-
-/// Where the simulation is after `tick` ticks.
-struct Sample {
-  std::uint64_t tick = 0;  ///< t = tick * model::kTickS
-  double p1_psi = 0.0;     ///< control pressure during the tick that ended here
-  model::State state;
-  std::uint64_t unresolved_ticks = 0;  ///< ticks that needed more sub-steps than model::kMaxSubSteps, so far
-  bool model_fault = false;            ///< latched: the model left its domain, the state is the last good one
-};
 
 class Simulation {
  public:
@@ -31,31 +24,40 @@ class Simulation {
   /// model's domain, is not taken over: the last good one stays, and the fault is latched. Real-time safe.
   const Sample& Tick(double p1_psi) noexcept {
     ++sample_.tick;
-    if (sample_.model_fault) return sample_;
-    const model::StepResult next = model::Step(derived_, sample_.state, p1_psi);
-    if (std::isfinite(p1_psi) && model::IsInDomain(derived_, next.state)) {
-      sample_.state = next.state;
-      sample_.p1_psi = p1_psi;
-      if (!next.resolved) ++sample_.unresolved_ticks;
-    } else {
-      sample_.model_fault = true;
-    }
+    sample_.sub_steps = 0;
+    if (!sample_.model_fault) Advance(p1_psi);
+    ExtendStateHash(sample_);
     return sample_;
   }
 
   /// Lets 0.1 ms pass at rest, as before the first command. Real-time safe.
   const Sample& Rest() noexcept {
     ++sample_.tick;
+    ExtendStateHash(sample_);
     return sample_;
   }
 
   const Sample& Now() const noexcept { return sample_; }
+  /// Goes on from `sample`, bit for bit as if it had never ended.
+  void Restore(const Sample& sample) noexcept { sample_ = sample; }
   /// Flows and relay positions at `sample`. Real-time safe.
   model::Outputs OutputsAt(const Sample& sample) const noexcept {
     return model::ComputeOutputs(derived_, sample.state, sample.p1_psi);
   }
 
  private:
+  void Advance(double p1_psi) noexcept {
+    const model::StepResult next = model::Step(derived_, sample_.state, p1_psi);
+    if (std::isfinite(p1_psi) && model::IsInDomain(derived_, next.state)) {
+      sample_.state = next.state;
+      sample_.p1_psi = p1_psi;
+      sample_.sub_steps = next.sub_steps;
+      if (!next.resolved) ++sample_.unresolved_ticks;
+    } else {
+      sample_.model_fault = true;
+    }
+  }
+
   const model::Derived derived_;
   Sample sample_;
 };

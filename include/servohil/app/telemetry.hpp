@@ -5,13 +5,15 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "servohil/app/simulation.hpp"
+#include "servohil/app/sample.hpp"
 
 namespace servohil::app {
 
 /// A valid command frame of the governor.
 struct Command {
   double p1_psi = 0.0;
+  std::int64_t arrival_ns =
+      0;  ///< CLOCK_MONOTONIC, by the kernel's receive stamp where there is one; 0: unknown
 };
 
 /// State machine of a run, signal Mode of SERVO_Status.
@@ -20,15 +22,31 @@ enum class Mode : std::uint8_t {
   kRunning = 1,
   kModelFault = 2,  ///< the model left its domain: the last good state is published
   kStopped = 3,     ///< the last status before the program ends
+  kFrozen = 4,      ///< overrun policy "freeze": the last state is published, simulated time stands still
+};
+
+/// Late: began a wake period or more after its deadline. None outside real time.
+struct LateTicks {
+  std::uint64_t woke_late = 0;
+  std::uint64_t computed_long = 0;
+  std::uint64_t both = 0;
+  std::uint64_t in_grace = 0;  ///< during the start-up grace: not among the others
+
+  std::uint64_t Total() const noexcept { return woke_late + computed_long + both; }
 };
 
 struct Status {
   Mode mode = Mode::kWaiting;
-  bool timing_valid = true;  ///< no late tick since the start; latched
-  std::uint64_t late_ticks = 0;
-  std::int64_t worst_lateness_ns = 0;
-  bool commanded = false;  ///< a command has been received
+  LateTicks late;
+  std::uint64_t overruns = 0;           ///< times that more had to be caught up than loop.max_catch_up_ticks
+  std::int64_t worst_lateness_ns = 0;   ///< since the start
+  std::int64_t recent_lateness_ns = 0;  ///< worst since the status message before
+  bool commanded = false;               ///< a command has been received
   std::uint64_t command_age_ticks = 0;
+  std::int64_t command_arrival_ns = 0;  ///< of the newest command, as in Command
+
+  /// No late tick since the start; latched.
+  bool TimingValid() const noexcept { return late.Total() == 0; }
 };
 
 /// Messages that the emulator publishes, in the order of their table in contract.cpp.

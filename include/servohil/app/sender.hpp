@@ -1,0 +1,70 @@
+#pragma once
+/// Frames out.
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "servohil/app/contract.hpp"
+#include "servohil/app/recording/recorder.hpp"
+#include "servohil/app/simulation_task.hpp"
+#include "servohil/can/network.hpp"
+#include "servohil/rt/latency_histogram.hpp"
+
+namespace servohil::app {
+
+/// Totals since the start.
+struct SendCounters {
+  std::atomic<std::uint64_t> published{0};
+  std::atomic<std::uint64_t> not_sent{0};    ///< refused by a full queue or a bus that is down
+  std::atomic<std::uint64_t> superseded{0};  ///< not sent because a newer state was already there
+};
+
+/// One thread.
+class Sender {
+ public:
+  /// All must outlive it; `recorder` may be null.
+  Sender(const Contract& contract, SimulationTask& task, can::Network& network, Recorder* recorder) noexcept
+      : contract_(contract), task_(task), network_(network), recorder_(recorder) {}
+
+  /// Real time: of several states that wait, only the newest of each message is sent, and no two closer than
+  /// half its cycle: after a delay the bus gets the present, not a burst of the past.
+  void SendDue() noexcept { SendWaiting(false); }
+  /// The same at the end: whatever waits, at once.
+  void SendRest() noexcept { SendWaiting(true); }
+
+  /// Lockstep: every message that has a cycle, with this state; a full queue is waited for until `stop`.
+  void SendAll(const Telemetry& telemetry, const std::atomic<bool>& stop) noexcept;
+
+  /// Status with mode STOPPED.
+  void SendStopped() noexcept;
+
+  /// Any thread.
+  const SendCounters& Counters() const noexcept { return counters_; }
+  /// From the arrival of a command's frame to the first SERVO_Position that reflects it. Any thread.
+  const rt::LatencyHistogram& ArrivalToFrame() const noexcept { return arrival_to_frame_; }
+
+ private:
+  void SendWaiting(bool at_once) noexcept;
+  can::Frame Encode(Published which, const Telemetry& telemetry) const noexcept;
+  void Send(Published which, const Telemetry& telemetry) noexcept;
+  void Account(Published which, const Telemetry& telemetry, const can::Frame& frame,
+               can::SendResult result) noexcept;
+
+  const Contract& contract_;
+  SimulationTask& task_;
+  can::Network& network_;
+  Recorder* recorder_;
+  /// Newest state of each message that is due, and when it may go.
+  struct Waiting {
+    bool due = false;
+    std::int64_t not_before_ns = 0;
+    Telemetry telemetry;
+  };
+  std::array<Waiting, kPublishedCount> waiting_;
+  std::int64_t last_arrival_ns_ = 0;  ///< of the newest command that was reflected
+  rt::LatencyHistogram arrival_to_frame_;
+  SendCounters counters_;
+};
+
+}  // namespace servohil::app

@@ -1,0 +1,102 @@
+#pragma once
+/// The simulation thread's work, without the thread and without a clock: "run n ticks", whoever says so. The
+/// real-time loop says it at each wake-up, lockstep at each frame, a script or a replay as fast as it goes.
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "servohil/app/configuration.hpp"
+#include "servohil/app/recording/recorder.hpp"
+#include "servohil/app/simulation.hpp"
+#include "servohil/app/telemetry.hpp"
+#include "servohil/rt/latency_histogram.hpp"
+#include "servohil/rt/mailbox.hpp"
+#include "servohil/rt/periodic_loop.hpp"
+#include "servohil/rt/ring.hpp"
+
+namespace servohil::app {
+
+/// All that a run's future depends on besides its configuration and inputs. Trivially copyable.
+struct Snapshot {
+  Sample sample;
+  Command command;  ///< the newest; its arrival means nothing any more
+  bool commanded = false;
+  std::uint64_t command_tick = 0;  ///< after which it arrived
+};
+
+struct TaskOptions {
+  LoopSettings loop;
+  std::array<std::uint64_t, kPublishedCount> cycle_ticks{};  ///< of each message that is published; 0: never
+  std::uint64_t duration_ticks = 0;                          ///< of this run; 0: without end
+  std::vector<std::uint64_t> snapshot_ticks;                 ///< rising
+  Recorder* recorder = nullptr;  ///< must outlive the task; none: nothing is recorded
+};
+
+class SimulationTask {
+ public:
+  /// At rest at `start`, tick 0.
+  SimulationTask(const model::Derived& derived, const model::SteadyState& start, TaskOptions options);
+
+  /// Before the first tick: goes on from `snapshot`, bit for bit as if it had never ended.
+  void Restore(const Snapshot& snapshot) noexcept;
+
+  /// Any one thread: newest valid command. Real-time safe.
+  void PutCommand(const Command& command) noexcept { commands_.Put(command); }
+
+  /// Runs `ticks` ticks, each with the newest command. @return false after the last of the duration.
+  /// Real-time safe.
+  bool Run(int ticks) noexcept;
+
+  /// One wake-up of the real-time loop: takes account of its lateness, follows the overrun policy, runs
+  /// `loop.wake_ticks` ticks. @return false when the run ends. Real-time safe.
+  bool Wake(const rt::LoopTiming& timing) noexcept;
+
+  /// The sender: what is due, oldest first. Real-time safe.
+  bool TryPopTelemetry(Telemetry& telemetry) noexcept { return telemetry_.TryPop(telemetry); }
+  std::uint64_t TelemetryDropped() const noexcept { return telemetry_.Dropped(); }
+  /// Whoever watches (one thread): the newest state.
+  bool TakeNewest(Telemetry& telemetry) noexcept { return newest_.Take(telemetry); }
+
+  /// Any thread: a snapshot after the tick that is computed now.
+  void RequestSnapshot() noexcept { snapshot_requested_ = true; }
+  /// Whoever writes them down (one thread).
+  bool TryPopSnapshot(Snapshot& snapshot) noexcept { return snapshots_.TryPop(snapshot); }
+
+  /// The thread that runs the ticks.
+  const Telemetry& Now() const noexcept { return now_; }
+  model::Outputs OutputsAt(const Sample& sample) const noexcept { return simulation_.OutputsAt(sample); }
+
+  /// From the arrival of a command's frame to the first tick that used it. Any thread.
+  const rt::LatencyHistogram& ArrivalToTick() const noexcept { return arrival_to_tick_; }
+
+ private:
+  void Tick() noexcept;
+  void TakeCommand() noexcept;
+  void Publish(std::uint64_t tick) noexcept;
+  void TakeSnapshots() noexcept;
+  void Account(const rt::LoopTiming& timing) noexcept;
+  bool IsOverrun(const rt::LoopTiming& timing) noexcept;
+  bool StandStill() noexcept;
+  bool GoesOn() const noexcept;
+
+  Simulation simulation_;
+  TaskOptions options_;
+  Telemetry now_;
+  Command command_;
+  std::uint64_t command_tick_ = 0;
+  std::uint64_t first_tick_ = 0;    ///< at which this run began
+  std::uint64_t frozen_ticks_ = 0;  ///< for which simulated time stood still
+  bool over_limit_ = false;         ///< more to catch up than allowed, at the last wake-up
+  std::size_t next_snapshot_ = 0;
+  std::atomic<bool> snapshot_requested_{false};
+  rt::LatencyHistogram arrival_to_tick_;
+
+  rt::Mailbox<Command> commands_;
+  rt::Ring<Telemetry, 1024> telemetry_;
+  rt::Mailbox<Telemetry> newest_;
+  rt::Ring<Snapshot, 16> snapshots_;
+};
+
+}  // namespace servohil::app

@@ -1,0 +1,62 @@
+#include "bus_setup.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <string_view>
+
+#include "formatted.hpp"
+#include "servohil/can/interface_state.hpp"
+#include "servohil/error.hpp"
+
+namespace servohil::app {
+
+std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted, const CanSettings& can) {
+  std::vector<std::string> urls;
+  for (const std::string& url : wanted) {
+    if (url != "auto") {
+      urls.push_back(url);
+      continue;
+    }
+    urls.push_back(can::AutomaticUrl(can.interfaces));
+    std::string looked_for;
+    for (const std::string& interface : can.interfaces)
+      looked_for += (looked_for.empty() ? "" : ", ") + interface;
+    spdlog::info("--can auto: {} (looked for {})", urls.back(), looked_for);
+  }
+  return urls;
+}
+
+void CheckBusLoad(const Contract& contract, const CanSettings& can) {
+  constexpr double kWarnAbove = 0.7;
+  double bits_per_s = 0.0;
+  std::string parts;
+  for (const Contract::Load& load : contract.BusLoad(can.command_cycle_ms)) {
+    bits_per_s += load.bits_per_s;
+    parts += (parts.empty() ? "" : ", ") + load.message + " every " + std::to_string(load.cycle_ms) + " ms";
+  }
+  const double share = bits_per_s / can.bit_rate_bit_s;
+  const std::string line =
+      Formatted("bus load at worst-case stuffing %.1f %% of %d bit/s: ", 100.0 * share, can.bit_rate_bit_s) +
+      parts;
+  if (share > 1.0) throw UsageError(line + "; more than the bus carries: raise the publish.*_ms cycle times");
+  if (share > kWarnAbove) {
+    spdlog::warn("{}; above 70 % other nodes will wait: raise the publish.*_ms cycle times", line);
+  } else {
+    spdlog::info("{}", line);
+  }
+}
+
+void ReportBuses(const can::Network& network, int bit_rate_bit_s) {
+  constexpr std::string_view kKernel = "socketcan:";
+  for (const auto& bus : network.Buses()) {
+    if (const std::string state = bus->State(); !state.empty()) spdlog::info("{}: {}", bus->Name(), state);
+    if (bus->Name().rfind(kKernel, 0) != 0) continue;
+    const auto real = can::InterfaceBitRate(bus->Name().substr(kKernel.size()));
+    if (real && *real != static_cast<std::uint32_t>(bit_rate_bit_s)) {
+      spdlog::warn("{} runs at {} bit/s, can.bit_rate_bit_s = {}: the bus load above is wrong by that ratio",
+                   bus->Name(), *real, bit_rate_bit_s);
+    }
+  }
+}
+
+}  // namespace servohil::app

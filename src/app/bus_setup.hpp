@@ -1,0 +1,22 @@
+#pragma once
+/// From the configuration to the buses of a run.
+
+#include <string>
+#include <vector>
+
+#include "servohil/app/configuration.hpp"
+#include "servohil/app/contract.hpp"
+#include "servohil/can/network.hpp"
+
+namespace servohil::app {
+
+/// "auto" replaced by what this machine has.
+std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted, const CanSettings& can);
+
+/// Logs the load of the bus; warns above 70 %. @throws UsageError above 100 %
+void CheckBusLoad(const Contract& contract, const CanSettings& can);
+
+/// Logs the state of each bus that has one; warns where its bit rate is not the one that the load is for.
+void ReportBuses(const can::Network& network, int bit_rate_bit_s);
+
+}  // namespace servohil::app

@@ -1,0 +1,39 @@
+#include "servohil/app/receiver.hpp"
+
+#include "servohil/rt/clock.hpp"
+
+namespace servohil::app {
+namespace {
+
+/// A kernel's receive stamp on the clock of the loop; 0 where there is none.
+std::int64_t ArrivalNs(const can::Frame& frame) noexcept {
+  if (frame.receive_time_ns == 0) return 0;
+  return rt::MonotonicNs() - (rt::RealTimeNs() - frame.receive_time_ns);
+}
+
+}  // namespace
+
+bool Receiver::Take(const can::Frame& frame) noexcept {
+  if (recorder_ != nullptr) recorder_->RecordReceived(frame, frame.bus);
+  CommandRejection rejection{};
+  if (std::optional<Command> command = contract_.DecodeCommand(frame, rejection)) {
+    command->arrival_ns = ArrivalNs(frame);
+    task_.PutCommand(*command);
+    ++counters_.commands;
+    return true;
+  }
+  switch (rejection) {
+    case CommandRejection::kUnknownId:
+      ++counters_.foreign;
+      break;
+    case CommandRejection::kMalformed:
+      ++counters_.malformed;
+      break;
+    case CommandRejection::kOutOfRange:
+      ++counters_.out_of_range;
+      break;
+  }
+  return false;
+}
+
+}  // namespace servohil::app

@@ -1,0 +1,62 @@
+#pragma once
+/// A recorded run once more: its commands, at their ticks, through the same task.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "p1_script.hpp"
+#include "servohil/app/recording/reader.hpp"
+#include "servohil/app/simulation_task.hpp"
+
+namespace servohil::app {
+
+/// Where a replay first differs from its recording, and in what.
+struct Difference {
+  std::uint64_t tick = 0;
+  std::string variable;
+  std::string recorded;
+  std::string replayed;
+};
+
+/// How far a column of the replay gets from the recording.
+struct Deviation {
+  std::string variable;
+  std::string unit;
+  double largest = 0.0;
+  std::uint64_t tick = 0;  ///< where
+};
+
+/// Compares a replay with the recording, tick by tick, while it runs.
+class Comparison {
+ public:
+  /// @param recording  must outlive it
+  explicit Comparison(const RecordingReader& recording);
+
+  /// After each tick, in order. @return false once the recording has no more samples
+  bool Take(const Telemetry& replayed);
+
+  const std::optional<Difference>& FirstDifference() const noexcept { return difference_; }
+  /// Of the quantities that are real numbers; none where it is 0.
+  std::vector<Deviation> LargestDeviations() const;
+  std::uint64_t ComparedSamples() const noexcept { return compared_; }
+
+ private:
+  const Telemetry* Recorded(std::uint64_t tick);
+  void Compare(Telemetry recorded, Telemetry replayed);
+
+  const RecordingReader& recording_;
+  std::vector<Telemetry> block_;
+  std::uint64_t next_row_ = 0;
+  std::size_t at_ = 0;
+  bool exhausted_ = false;
+  std::uint64_t compared_ = 0;
+  std::optional<Difference> difference_;
+  std::vector<Deviation> deviations_;
+};
+
+/// The commands of a recording as a script.
+std::vector<P1Change> ScriptOf(const std::vector<RecordedCommand>& commands);
+
+}  // namespace servohil::app

@@ -1,0 +1,162 @@
+#include "snapshot_file.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "formatted.hpp"
+#include "servohil/error.hpp"
+
+namespace servohil::app {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kVersion = 1;
+constexpr const char* kFormat = "servohil snapshot";
+
+/// Finds damage, not malice.
+std::string Checksum(const std::string& text) {
+  return Formatted("%016llx", static_cast<unsigned long long>(Fnv1a(text)));
+}
+
+Json ToJson(const Snapshot& snapshot) {
+  const Sample& sample = snapshot.sample;
+  const model::State& s = sample.state;
+  return {{"tick", sample.tick},
+          {"p1_psi", sample.p1_psi},
+          {"x3_in", s.x3_in},
+          {"v3_in_s", s.v3_in_s},
+          {"p3_psi", s.p3_psi},
+          {"p4_psi", s.p4_psi},
+          {"p8_psi", s.p8_psi},
+          {"p2_psi", s.p2_psi},
+          {"motion", static_cast<int>(s.mode.motion)},
+          {"plunger", static_cast<int>(s.mode.plunger)},
+          {"diaphragm_seated", s.mode.diaphragm_seated},
+          {"relay_port_full", s.mode.relay_port_full},
+          {"unresolved_ticks", sample.unresolved_ticks},
+          {"sub_steps", sample.sub_steps},
+          {"model_fault", sample.model_fault},
+          {"state_hash", sample.state_hash},
+          {"commanded", snapshot.commanded},
+          {"command_p1_psi", snapshot.command.p1_psi},
+          {"command_tick", snapshot.command_tick}};
+}
+
+template <typename Enum>
+Enum EnumOf(const Json& value, Enum last) {
+  const int number = value.get<int>();
+  if (number < 0 || number > static_cast<int>(last)) throw Json::other_error::create(500, "range", &value);
+  return static_cast<Enum>(number);
+}
+
+Snapshot FromJson(const Json& json) {
+  Snapshot snapshot;
+  Sample& sample = snapshot.sample;
+  model::State& s = sample.state;
+  json.at("tick").get_to(sample.tick);
+  json.at("p1_psi").get_to(sample.p1_psi);
+  json.at("x3_in").get_to(s.x3_in);
+  json.at("v3_in_s").get_to(s.v3_in_s);
+  json.at("p3_psi").get_to(s.p3_psi);
+  json.at("p4_psi").get_to(s.p4_psi);
+  json.at("p8_psi").get_to(s.p8_psi);
+  json.at("p2_psi").get_to(s.p2_psi);
+  s.mode.motion = EnumOf(json.at("motion"), model::Motion::kAtUpperStop);
+  s.mode.plunger = EnumOf(json.at("plunger"), model::Plunger::kAtUpperStop);
+  json.at("diaphragm_seated").get_to(s.mode.diaphragm_seated);
+  json.at("relay_port_full").get_to(s.mode.relay_port_full);
+  json.at("unresolved_ticks").get_to(sample.unresolved_ticks);
+  json.at("sub_steps").get_to(sample.sub_steps);
+  json.at("model_fault").get_to(sample.model_fault);
+  json.at("state_hash").get_to(sample.state_hash);
+  json.at("commanded").get_to(snapshot.commanded);
+  json.at("command_p1_psi").get_to(snapshot.command.p1_psi);
+  json.at("command_tick").get_to(snapshot.command_tick);
+  return snapshot;
+}
+
+Json ToJson(const RunTexts& texts) {
+  return {{"configuration", texts.configuration_toml},
+          {"load", texts.load_csv},
+          {"load_closing", texts.load_closing_csv},
+          {"dbc", texts.dbc}};
+}
+
+RunTexts TextsFromJson(const Json& json) {
+  RunTexts texts;
+  json.at("configuration").get_to(texts.configuration_toml);
+  json.at("load").get_to(texts.load_csv);
+  json.at("load_closing").get_to(texts.load_closing_csv);
+  json.at("dbc").get_to(texts.dbc);
+  return texts;
+}
+
+/// What the checksum is of. Not UTF-8 (a DBC may be Latin-1): replaced alike when written and when read.
+std::string ContentText(const Json& content) {
+  return content.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace
+
+std::string SnapshotText(const Snapshot& snapshot) {
+  return ToJson(snapshot).dump();
+}
+
+Snapshot ParseSnapshotText(const std::string& text, const std::string& place) {
+  try {
+    return FromJson(Json::parse(text));
+  } catch (const Json::exception& error) {
+    throw UsageError(place + ": damaged: " + error.what());
+  }
+}
+
+void WriteSnapshot(const std::filesystem::path& file, const SnapshotFile& snapshot) {
+  Json content = {{"program", snapshot.program_version},
+                  {"state", ToJson(snapshot.snapshot)},
+                  {"texts", ToJson(snapshot.texts)}};
+  const Json whole = {{"format", kFormat},
+                      {"version", kVersion},
+                      {"checksum", Checksum(ContentText(content))},
+                      {"content", std::move(content)}};
+  const std::filesystem::path beside = file.string() + ".tmp";
+  {
+    std::ofstream out(beside);
+    out << whole.dump(1, ' ', false, Json::error_handler_t::replace) << '\n';
+    out.close();
+    if (!out) throw EnvironmentError(file.string() + ": cannot be written (disk full, or no permission?)");
+  }
+  std::error_code error;
+  std::filesystem::rename(beside, file, error);
+  if (error) throw EnvironmentError(file.string() + ": cannot be written: " + error.message());
+}
+
+SnapshotFile ReadSnapshot(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  std::ifstream in(file);
+  if (!in || std::filesystem::is_directory(file)) throw UsageError(name + ": there is no such file");
+  Json whole;
+  try {
+    in >> whole;
+  } catch (const Json::exception& error) {
+    throw UsageError(name + ": damaged or no snapshot: it is not JSON");
+  }
+  if (!whole.is_object() || whole.value("format", "") != kFormat)
+    throw UsageError(name + ": no servohil snapshot (\"format\" is not \"" + kFormat + "\")");
+  try {
+    if (const int version = whole.at("version"); version != kVersion) {
+      throw UsageError(name + ": is a snapshot of version " + std::to_string(version) +
+                       ", this program reads " + std::to_string(kVersion));
+    }
+    const Json& content = whole.at("content");
+    if (whole.at("checksum") != Checksum(ContentText(content)))
+      throw UsageError(name + ": damaged: its content does not have its checksum");
+    return {content.at("program"), FromJson(content.at("state")), TextsFromJson(content.at("texts"))};
+  } catch (const Json::exception& error) {
+    throw UsageError(name + ": damaged: " + error.what());
+  }
+}
+
+}  // namespace servohil::app

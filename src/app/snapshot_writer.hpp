@@ -1,0 +1,37 @@
+#pragma once
+/// From the snapshots that a run has taken to files.
+
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "formatted.hpp"
+#include "snapshot_file.hpp"
+
+namespace servohil::app {
+
+/// Writes down the snapshots that were taken, as snapshot-TICK.json.
+class SnapshotWriter {
+ public:
+  SnapshotWriter(std::filesystem::path directory, RunTexts texts)
+      : directory_(std::move(directory)), texts_(std::move(texts)) {}
+
+  /// @param source  an Emulator or a SimulationTask
+  template <typename Source>
+  void WriteAll(Source& source) const {
+    Snapshot snapshot;
+    while (source.TryPopSnapshot(snapshot)) {
+      const auto file =
+          directory_ / Formatted("snapshot-%llu.json", static_cast<unsigned long long>(snapshot.sample.tick));
+      WriteSnapshot(file, {SERVOHIL_VERSION, snapshot, texts_});
+      spdlog::info("snapshot: {}", file.string());
+    }
+  }
+
+ private:
+  std::filesystem::path directory_;
+  RunTexts texts_;
+};
+
+}  // namespace servohil::app

@@ -1,0 +1,85 @@
+#include "watch.hpp"
+
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <array>
+#include <iostream>
+#include <utility>
+
+#include "run_report.hpp"
+#include "run_statistics.hpp"
+#include "servohil/rt/clock.hpp"
+
+namespace servohil::app {
+namespace {
+
+constexpr std::int64_t kSecondNs = 1'000'000'000;
+constexpr int kLookEveryMs = 100;
+
+}  // namespace
+
+Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
+             std::filesystem::path statistics, const SnapshotWriter& snapshots)
+    : emulator_(emulator),
+      network_(network),
+      options_(options),
+      statistics_(std::move(statistics)),
+      snapshots_(snapshots),
+      now_(emulator.Final()),
+      terminal_(isatty(STDOUT_FILENO) != 0),
+      last_ns_(rt::MonotonicNs()) {}
+
+void Watch::Run(const StopSignals& signals) {
+  for (bool ended = false; !ended;) {
+    std::array<pollfd, 2> fds = {{{signals.Fd(), POLLIN, 0}, {emulator_.FinishedFd(), POLLIN, 0}}};
+    poll(fds.data(), fds.size(), kLookEveryMs);
+    ended = TakeSignals(signals) || fds[1].revents != 0;
+    snapshots_.WriteAll(emulator_);
+    if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
+    if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
+  }
+  if (terminal_) std::cout << '\n';
+}
+
+bool Watch::TakeSignals(const StopSignals& signals) {
+  bool end = false;
+  while (const int signal = signals.Next()) {
+    if (signal == SIGUSR1) {
+      emulator_.RequestSnapshot();
+    } else {
+      end = true;
+    }
+  }
+  return end;
+}
+
+void Watch::LogWhatWentWrong() {
+  const Status& status = now_.status;
+  const LoopSettings& loop = options_.task.loop;
+  if (status.overruns != overruns_) {
+    overruns_ = status.overruns;
+    spdlog::error(
+        "overrun: more than loop.max_catch_up_ticks = {} were to be caught up; loop.overrun = \"{}\"",
+        loop.max_catch_up_ticks, NamesOf(loop.overrun)[static_cast<std::size_t>(loop.overrun)]);
+  }
+  if (timing_valid_ && !status.TimingValid()) {
+    timing_valid_ = false;
+    spdlog::warn("late ticks before tick {}: the run is INVALID", now_.sample.tick);
+  }
+}
+
+void Watch::TellEachSecond() {
+  const std::int64_t now_ns = rt::MonotonicNs();
+  if (terminal_) {
+    const double ticks_per_s =
+        static_cast<double>(now_.sample.tick - last_tick_) * 1e9 / static_cast<double>(now_ns - last_ns_);
+    std::cout << "\r\033[K" << StatusLine(now_, ticks_per_s, emulator_, network_.Statistics()) << std::flush;
+  }
+  if (!statistics_.empty()) WriteStatistics(statistics_, emulator_, now_, network_, options_, false);
+  last_ns_ = now_ns;
+  last_tick_ = now_.sample.tick;
+}
+
+}  // namespace servohil::app

@@ -1,0 +1,42 @@
+#pragma once
+/// The main thread while the emulator runs: signals, status line, statistics, snapshots, and what must be
+/// told at once.
+
+#include <filesystem>
+
+#include "servohil/app/emulator.hpp"
+#include "servohil/can/network.hpp"
+#include "snapshot_writer.hpp"
+#include "stop_signals.hpp"
+
+namespace servohil::app {
+
+class Watch {
+ public:
+  /// @param statistics  file to write each second; empty: none. The others must outlive it.
+  Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
+        std::filesystem::path statistics, const SnapshotWriter& snapshots);
+
+  /// Until a stop signal or the end of the run.
+  void Run(const StopSignals& signals);
+
+ private:
+  /// @return whether one asked for the end
+  bool TakeSignals(const StopSignals& signals);
+  void LogWhatWentWrong();
+  void TellEachSecond();
+
+  Emulator& emulator_;
+  const can::Network& network_;
+  const EmulatorOptions& options_;
+  std::filesystem::path statistics_;
+  const SnapshotWriter& snapshots_;
+  Telemetry now_;
+  std::uint64_t overruns_ = 0;
+  bool timing_valid_ = true;
+  bool terminal_;
+  std::int64_t last_ns_;
+  std::uint64_t last_tick_ = 0;
+};
+
+}  // namespace servohil::app
