@@ -36,6 +36,10 @@ class Contract {
   can::Frame Encode(Published which, const Telemetry& telemetry,
                     const model::Outputs& outputs) const noexcept;
 
+  /// Layout of one published message; null: never sent.
+  const can::Message* MessageOf(Published which) const noexcept {
+    return outgoing_[static_cast<std::size_t>(which)].message;
+  }
   /// Cycle time in ticks; 0: never.
   std::uint64_t CycleTicks(Published which) const noexcept;
 

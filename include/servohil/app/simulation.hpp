@@ -19,6 +19,7 @@ struct Sample {
   model::State state;
   std::uint64_t unresolved_ticks = 0;  ///< ticks that needed more sub-steps than model::kMaxSubSteps, so far
   bool model_fault = false;            ///< latched: the model left its domain, the state is the last good one
+  std::uint64_t state_hash = 0;        ///< over the states of all ticks so far
 };
 
 class Simulation {

@@ -1,0 +1,230 @@
+#include "servohil/app/recording/reader.hpp"
+
+#include <algorithm>
+#include <sstream>
+#include <type_traits>
+#include <variant>
+
+#include "hdf5.hpp"
+#include "recording_format.hpp"
+#include "sample_columns.hpp"
+#include "servohil/error.hpp"
+
+namespace servohil::app {
+namespace {
+
+hdf5::Id OpenFile(const std::string& name) {
+  if (!std::filesystem::exists(name)) throw UsageError(name + ": there is no such recording");
+  if (H5Fis_hdf5(name.c_str()) <= 0) throw UsageError(name + ": is no HDF5 file");
+  // A reader's mode: takes a file that is being written, and one whose writer was killed.
+  hdf5::Id file(H5Fopen(name.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT));
+  if (!file) throw UsageError(name + ": cannot be opened: " + hdf5::LastError());
+  if (!hdf5::HasAttribute(*file, attribute::kFormat))
+    throw UsageError(name + ": is no recording of servohil");
+  const std::uint64_t format = hdf5::ReadNumber(*file, attribute::kFormat, name);
+  if (format != kRecordingFormat) {
+    throw UsageError(name + ": is a recording of format " + std::to_string(format) + ", expected " +
+                     std::to_string(kRecordingFormat) + ": replay it with the version that wrote it");
+  }
+  return file;
+}
+
+template <typename T>
+hid_t MemoryType() {
+  if constexpr (std::is_same_v<T, double>) return H5T_NATIVE_DOUBLE;
+  if constexpr (std::is_same_v<T, std::uint64_t>) return H5T_NATIVE_UINT64;
+  if constexpr (std::is_same_v<T, std::int64_t>) return H5T_NATIVE_INT64;
+  return H5T_NATIVE_UINT8;
+}
+
+/// One dataset of a group.
+class Column {
+ public:
+  Column(hid_t file, std::string name, const std::string& file_name)
+      : place_(file_name + ": " + name), dataset_(Open(file, name)) {
+    const hdf5::Id space(H5Dget_space(*dataset_));
+    hsize_t rows = 0;
+    if (H5Sget_simple_extent_ndims(*space) != 1 || H5Sget_simple_extent_dims(*space, &rows, nullptr) < 0)
+      throw UsageError(place_ + ": is no column");
+    rows_ = rows;
+    const hdf5::Id properties(H5Dget_create_plist(*dataset_));
+    hsize_t chunk = 0;
+    if (H5Pget_layout(*properties) == H5D_CHUNKED && H5Pget_chunk(*properties, 1, &chunk) == 1 && chunk > 0)
+      chunk_rows_ = chunk;
+  }
+
+  std::uint64_t Rows() const noexcept { return rows_; }
+
+  /// @pre first + values.size() <= Rows()
+  template <typename T>
+  void Read(std::uint64_t first, std::vector<T>& values) const {
+    if (values.empty() || ReadRows(first, values.size(), values.data())) return;
+    const std::string why = hdf5::LastError();
+    // Which chunk: row by row of chunks.
+    const std::uint64_t end = first + values.size();
+    std::vector<T> one;
+    for (std::uint64_t row = first; row < end;) {
+      const std::uint64_t next = std::min(end, (row / chunk_rows_ + 1) * chunk_rows_);
+      one.resize(static_cast<std::size_t>(next - row));
+      if (!ReadRows(row, one.size(), one.data())) {
+        throw UsageError(place_ + ": rows " + std::to_string(row / chunk_rows_ * chunk_rows_) + " to " +
+                         std::to_string(std::min(rows_, (row / chunk_rows_ + 1) * chunk_rows_) - 1) +
+                         " are damaged: " + hdf5::LastError());
+      }
+      row = next;
+    }
+    throw UsageError(place_ + ": cannot be read: " + why);
+  }
+
+ private:
+  hdf5::Id Open(hid_t file, const std::string& name) const {
+    hdf5::Id dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT));
+    if (dataset) return dataset;
+    const std::string why = hdf5::LastError();
+    const bool there = H5Lexists(file, name.substr(0, name.find('/')).c_str(), H5P_DEFAULT) > 0 &&
+                       H5Lexists(file, name.c_str(), H5P_DEFAULT) > 0;
+    throw UsageError(place_ + (there ? ": cannot be opened: " + why : std::string(": is missing")));
+  }
+  template <typename T>
+  bool ReadRows(hsize_t first, hsize_t count, T* values) const {
+    const hdf5::Id from(H5Dget_space(*dataset_));
+    const hdf5::Id to(H5Screate_simple(1, &count, nullptr));
+    return H5Sselect_hyperslab(*from, H5S_SELECT_SET, &first, nullptr, &count, nullptr) >= 0 &&
+           H5Dread(*dataset_, MemoryType<T>(), *to, *from, H5P_DEFAULT, values) >= 0;
+  }
+
+  std::string place_;
+  hdf5::Id dataset_;
+  std::uint64_t rows_ = 0;
+  std::uint64_t chunk_rows_ = 1;
+};
+
+template <typename T>
+std::vector<T> ReadAll(const Column& column, std::uint64_t rows) {
+  std::vector<T> values(static_cast<std::size_t>(rows));
+  column.Read(0, values);
+  return values;
+}
+
+RecordingAttributes ReadAttributes(hid_t file, const std::string& name) {
+  RecordingAttributes a;
+  a.configuration_toml = hdf5::ReadText(file, attribute::kConfiguration, name);
+  a.dbc = hdf5::ReadText(file, attribute::kDbc, name);
+  a.load_csv = hdf5::ReadText(file, attribute::kLoad, name);
+  a.load_closing_csv = hdf5::ReadText(file, attribute::kLoadClosing, name);
+  a.program_version = hdf5::ReadText(file, attribute::kProgramVersion, name);
+  a.clock = hdf5::ReadText(file, attribute::kClock, name);
+  std::istringstream buses(hdf5::ReadText(file, attribute::kBuses, name));
+  for (std::string bus; buses >> bus;) a.buses.push_back(bus);
+  a.every_ticks = hdf5::ReadNumber(file, attribute::kEveryTicks, name);
+  a.host = hdf5::ReadText(file, attribute::kHost, name);
+  a.start_time = hdf5::ReadText(file, attribute::kStartTime, name);
+  a.configuration_fnv1a_64 = hdf5::ReadText(file, attribute::kHash, name);
+  if (const std::string hash = HashText(ConfigurationHash(a)); hash != a.configuration_fnv1a_64) {
+    throw UsageError(name + ": configuration, DBC or load table are damaged: their hash is " + hash +
+                     ", recorded as " + a.configuration_fnv1a_64);
+  }
+  return a;
+}
+
+}  // namespace
+
+struct RecordingReader::Contents {
+  explicit Contents(const std::filesystem::path& path)
+      : file_path(std::filesystem::is_directory(path) ? path / kRecordingFile : path),
+        name(file_path.string()),
+        file(OpenFile(name)),
+        attributes(ReadAttributes(*file, name)) {
+    for (const SampleColumn& column : SampleColumns())
+      samples.emplace_back(*file, std::string("samples/") + column.name, name);
+    sample_count = samples.front().Rows();
+    for (const Column& column : samples) sample_count = std::min(sample_count, column.Rows());
+    if (hdf5::HasAttribute(*file, attribute::kComplete)) {
+      complete = hdf5::ReadNumber(*file, attribute::kComplete, name) != 0;
+    }
+    if (hdf5::HasAttribute(*file, attribute::kVerdict)) {
+      end = RecordingEnd{hdf5::ReadText(*file, attribute::kVerdict, name),
+                         hdf5::ReadNumber(*file, attribute::kFinalStateHash, name)};
+    }
+  }
+
+  Column Open(const char* column) const { return {*file, column, name}; }
+
+  std::filesystem::path file_path;
+  std::string name;
+  hdf5::Id file;
+  RecordingAttributes attributes;
+  std::vector<Column> samples;  ///< in the order of SampleColumns()
+  std::uint64_t sample_count = 0;
+  std::optional<RecordingEnd> end;
+  bool complete = false;
+};
+
+RecordingReader::RecordingReader(const std::filesystem::path& path) {
+  hdf5::PrepareThread();
+  contents_ = std::make_unique<Contents>(path);
+}
+
+RecordingReader::~RecordingReader() = default;
+
+const std::filesystem::path& RecordingReader::File() const noexcept {
+  return contents_->file_path;
+}
+const RecordingAttributes& RecordingReader::Attributes() const noexcept {
+  return contents_->attributes;
+}
+const std::optional<RecordingEnd>& RecordingReader::End() const noexcept {
+  return contents_->end;
+}
+bool RecordingReader::Complete() const noexcept {
+  return contents_->complete && contents_->end;
+}
+std::uint64_t RecordingReader::SampleCount() const noexcept {
+  return contents_->sample_count;
+}
+
+std::size_t RecordingReader::ReadSamples(std::uint64_t first, std::span<Telemetry> samples) const {
+  if (first >= contents_->sample_count) return 0;
+  const auto count =
+      static_cast<std::size_t>(std::min<std::uint64_t>(samples.size(), contents_->sample_count - first));
+  const auto columns = SampleColumns();
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    std::visit(
+        [&](auto place) {
+          using Value = std::remove_reference_t<decltype(place(samples[0]))>;
+          std::vector<Stored<Value>> values(count);
+          contents_->samples[i].Read(first, values);
+          for (std::size_t row = 0; row < count; ++row) place(samples[row]) = static_cast<Value>(values[row]);
+        },
+        columns[i].place);
+  }
+  return count;
+}
+
+std::vector<RecordedCommand> RecordingReader::Commands() const {
+  const Column tick = contents_->Open("commands/tick");
+  const Column p1 = contents_->Open("commands/p1_psi");
+  const std::uint64_t rows = std::min(tick.Rows(), p1.Rows());
+  const auto ticks = ReadAll<std::uint64_t>(tick, rows);
+  const auto p1_psi = ReadAll<double>(p1, rows);
+  std::vector<RecordedCommand> commands;
+  commands.reserve(ticks.size());
+  for (std::size_t i = 0; i < ticks.size(); ++i) commands.push_back({ticks[i], p1_psi[i]});
+  return commands;
+}
+
+std::vector<RecordingGap> RecordingReader::Gaps() const {
+  const Column stream = contents_->Open("gaps/stream");
+  const Column tick = contents_->Open("gaps/tick");
+  const Column lost = contents_->Open("gaps/lost");
+  const std::uint64_t rows = std::min({stream.Rows(), tick.Rows(), lost.Rows()});
+  const auto streams = ReadAll<std::uint8_t>(stream, rows);
+  const auto ticks = ReadAll<std::uint64_t>(tick, rows);
+  const auto losses = ReadAll<std::uint64_t>(lost, rows);
+  std::vector<RecordingGap> gaps;
+  for (std::size_t i = 0; i < ticks.size(); ++i)
+    gaps.push_back({static_cast<RecordedStream>(streams[i]), ticks[i], losses[i]});
+  return gaps;
+}
+
+}  // namespace servohil::app

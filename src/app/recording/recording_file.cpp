@@ -1,0 +1,243 @@
+#include "recording_file.hpp"
+
+#include <sys/utsname.h>
+
+#include <algorithm>
+#include <ctime>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "../formatted.hpp"
+#include "recording_format.hpp"
+#include "sample_columns.hpp"
+#include "servohil/can/codec.hpp"
+#include "servohil/error.hpp"
+
+namespace servohil::app {
+namespace {
+
+constexpr std::int64_t kNsPerMs = 1'000'000;
+/// A row waits this long for its chunk to fill, and the file then this long for its flush: 0.7 s of the one
+/// second that a kill may cost.
+constexpr std::int64_t kRowWaitNs = 500 * kNsPerMs;
+constexpr std::int64_t kFlushEveryNs = 200 * kNsPerMs;
+/// Rows of a chunk: those of 0.41 s in real time, so that a chunk fills before its rows have waited too long
+/// and is packed once.
+constexpr std::uint64_t kTicksPerChunk = 4'096;
+constexpr std::uint64_t kSmallestChunkRows = 16;
+constexpr std::size_t kCommandsPerChunk = 64;
+
+std::size_t ChunkRows(std::uint64_t ticks_per_row) {
+  return static_cast<std::size_t>(std::max(kSmallestChunkRows, kTicksPerChunk / ticks_per_row));
+}
+
+std::string UtcNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text.data();
+}
+
+std::string Host() {
+  utsname name{};
+  uname(&name);
+  return std::string(name.sysname) + ' ' + name.nodename + ' ' + name.release + ' ' + name.machine;
+}
+
+std::string Joined(const std::vector<std::string>& items) {
+  std::string text;
+  for (const std::string& item : items) text += (text.empty() ? "" : " ") + item;
+  return text;
+}
+
+hdf5::Id CreateFile(const std::string& name) {
+  const hdf5::Id access(H5Pcreate(H5P_FILE_ACCESS));
+  H5Pset_libver_bounds(*access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+  return hdf5::Require(hdf5::Id(H5Fcreate(name.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, *access)),
+                       name + ": cannot be made");
+}
+
+void WriteAttributes(hid_t file, const RecordingAttributes& a, const std::string& name) {
+  hdf5::WriteAttribute(file, attribute::kFormat, kRecordingFormat, name);
+  hdf5::WriteAttribute(file, attribute::kConfiguration, a.configuration_toml, name);
+  hdf5::WriteAttribute(file, attribute::kDbc, a.dbc, name);
+  hdf5::WriteAttribute(file, attribute::kLoad, a.load_csv, name);
+  hdf5::WriteAttribute(file, attribute::kLoadClosing, a.load_closing_csv, name);
+  hdf5::WriteAttribute(file, attribute::kHash, HashText(ConfigurationHash(a)), name);
+  hdf5::WriteAttribute(file, attribute::kProgramVersion, a.program_version, name);
+  hdf5::WriteAttribute(file, attribute::kClock, a.clock, name);
+  hdf5::WriteAttribute(file, attribute::kBuses, Joined(a.buses), name);
+  hdf5::WriteAttribute(file, attribute::kHost, Host(), name);
+  hdf5::WriteAttribute(file, attribute::kStartTime, UtcNow(), name);
+  hdf5::WriteAttribute(file, attribute::kTick, model::kTickS, name);
+  hdf5::WriteAttribute(file, attribute::kEveryTicks, a.every_ticks, name);
+}
+
+std::vector<TableColumn> SampleTableColumns() {
+  std::vector<TableColumn> columns;
+  for (const SampleColumn& column : SampleColumns()) {
+    const auto type = std::visit(
+        [](auto place) {
+          return ColumnTypeOf<
+              Stored<std::remove_reference_t<std::invoke_result_t<decltype(place), Telemetry&>>>>();
+        },
+        column.place);
+    columns.push_back({column.name, column.unit, column.description, type, column.packing});
+  }
+  return columns;
+}
+
+TableColumn TickColumn(const char* description) {
+  return {"tick", "0.1 ms", description, TableColumn::Type::kUnsigned64};
+}
+
+std::vector<TableColumn> PublishedColumns(const can::Message& message) {
+  std::vector<TableColumn> columns{TickColumn("whose state the frame carries")};
+  for (const can::Signal& signal : message.signals)
+    columns.push_back({signal.name, signal.unit, signal.comment});
+  return columns;
+}
+
+}  // namespace
+
+RecordingFile::RecordingFile(const std::filesystem::path& directory, const RecordingAttributes& attributes,
+                             const Contract& contract)
+    : name_((directory / kRecordingFile).string()), buses_(attributes.buses), file_(CreateFile(name_)) {
+  log_.emplace(directory / kBusLogFile);
+  WriteAttributes(*file_, attributes, name_);
+  CreateTables(contract, attributes.every_ticks);
+  hdf5::Require(H5Fstart_swmr_write(*file_), name_ + ": cannot be written");
+}
+
+void RecordingFile::CreateTables(const Contract& contract, std::uint64_t every_ticks) {
+  samples_.emplace(*file_, "samples", SampleTableColumns(), ChunkRows(every_ticks), name_);
+  const std::vector<TableColumn> command{TickColumn("the first that used the command"),
+                                         {"p1_psi", "psi", "control pressure demanded"}};
+  commands_.emplace(*file_, "commands", command, kCommandsPerChunk, name_);
+  const std::vector<TableColumn> gap{
+      {"stream", "", "0 samples, 1 commands, 2 received frames, 3 sent frames", TableColumn::Type::kByte},
+      TickColumn("of the first one lost; of received frames about"),
+      {"lost", "", "how many", TableColumn::Type::kUnsigned64}};
+  gaps_.emplace(*file_, "gaps", gap, kSmallestChunkRows, name_);
+  for (std::size_t i = 0; i < kPublishedCount; ++i) {
+    const auto which = static_cast<Published>(i);
+    const can::Message* message = contract.MessageOf(which);
+    if (message == nullptr) continue;
+    published_[i].emplace(
+        PublishedTable{*message, TableWriter(*file_, "published/" + message->name, PublishedColumns(*message),
+                                             ChunkRows(contract.CycleTicks(which)), name_)});
+  }
+}
+
+void RecordingFile::Add(const Telemetry& telemetry, std::int64_t now_ns) {
+  Telemetry copy = telemetry;
+  const auto columns = SampleColumns();
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    std::visit(
+        [&](auto place) {
+          using Value = std::remove_reference_t<decltype(place(copy))>;
+          samples_->Put(i, static_cast<Stored<Value>>(place(copy)));
+        },
+        columns[i].place);
+  }
+  samples_->EndRow(now_ns);
+  if (samples_->ChunkIsFull()) WriteSamples();
+}
+
+void RecordingFile::WriteSamples() {
+  commands_->Write();
+  commands_->Flush();
+  samples_->Write();
+  flush_due_ = true;
+}
+
+void RecordingFile::Add(const RecordedCommand& command, std::int64_t now_ns) {
+  commands_->Put(0, command.tick);
+  commands_->Put(1, command.p1_psi);
+  EndRow(*commands_, now_ns);
+}
+
+void RecordingFile::Add(const RecordingGap& gap, std::int64_t now_ns) {
+  gaps_->Put(0, static_cast<std::uint8_t>(gap.stream));
+  gaps_->Put(1, gap.tick);
+  gaps_->Put(2, gap.lost);
+  EndRow(*gaps_, now_ns);
+}
+
+void RecordingFile::AddPublished(std::uint64_t tick, Published which, const can::Frame& frame,
+                                 std::int64_t now_ns) {
+  auto& published = published_[static_cast<std::size_t>(which)];
+  if (!published || frame.size < published->message.size_bytes) return;
+  published->table.Put(0, tick);
+  std::size_t column = 1;
+  for (const can::Signal& signal : published->message.signals)
+    published->table.Put(column++, can::Decode(signal, {frame.data.data(), frame.size}));
+  EndRow(published->table, now_ns);
+}
+
+void RecordingFile::EndRow(TableWriter& table, std::int64_t now_ns) {
+  table.EndRow(now_ns);
+  if (!table.ChunkIsFull()) return;
+  table.Write();
+  flush_due_ = true;
+}
+
+void RecordingFile::AddToLog(std::int64_t time_ns, std::optional<std::size_t> bus, const can::Frame& frame) {
+  for (std::size_t i = 0; i < buses_.size(); ++i) {
+    if (!bus || *bus == i) log_->Add(time_ns, buses_[i], frame);
+  }
+  ++pending_frames_;
+}
+
+void RecordingFile::Write(std::int64_t now_ns, bool all) {
+  const auto due = [&](const TableWriter& table) {
+    return table.HasRowsOlderThan(all ? 0 : kRowWaitNs, now_ns);
+  };
+  for (TableWriter* table : OtherTables()) {
+    if (!due(*table)) continue;
+    table->Write();
+    flush_due_ = true;
+  }
+  if (due(*samples_)) WriteSamples();
+  if (!all && now_ns - flushed_ns_ < kFlushEveryNs) return;
+  flushed_ns_ = now_ns;
+  log_->Flush();
+  frames_ += std::exchange(pending_frames_, 0);
+  if (!flush_due_) return;
+  hdf5::Require(H5Fflush(*file_, H5F_SCOPE_LOCAL), name_ + ": cannot be written");
+  flush_due_ = false;
+}
+
+std::vector<TableWriter*> RecordingFile::OtherTables() {
+  std::vector<TableWriter*> tables{&*commands_, &*gaps_};
+  for (auto& published : published_) {
+    if (published) tables.push_back(&published->table);
+  }
+  return tables;
+}
+
+void RecordingFile::Close(const std::optional<RecordingEnd>& end, const RecordingReport& report) {
+  for (auto& published : published_) published.reset();
+  samples_.reset();
+  commands_.reset();
+  gaps_.reset();
+  log_.reset();
+  if (!file_.Close()) throw EnvironmentError(name_ + ": cannot be closed: " + hdf5::LastError());
+  const hdf5::Id file = hdf5::Require(hdf5::Id(H5Fopen(name_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT)),
+                                      name_ + ": the end cannot be written");
+  if (end) {
+    hdf5::WriteAttribute(*file, attribute::kVerdict, end->verdict, name_);
+    hdf5::WriteAttribute(*file, attribute::kFinalStateHash, end->final_state_hash, name_);
+  }
+  hdf5::WriteAttribute(*file, attribute::kEndTime, UtcNow(), name_);
+  hdf5::WriteAttribute(*file, attribute::kSamplesLost, report.samples_lost, name_);
+  hdf5::WriteAttribute(*file, attribute::kCommandsLost, report.commands_lost, name_);
+  hdf5::WriteAttribute(*file, attribute::kFramesLost, report.frames_lost, name_);
+  hdf5::WriteAttribute(*file, attribute::kProblem, report.problem, name_);
+  hdf5::WriteAttribute(*file, attribute::kComplete, std::uint64_t{report.complete ? 1U : 0U}, name_);
+}
+
+}  // namespace servohil::app

@@ -1,0 +1,72 @@
+#pragma once
+/// What the recorder writes, without its thread: servohil.h5 and bus.log.
+///
+/// Single-writer-multiple-reader mode: every dataset exists before the first sample, and whoever opens the
+/// file at any moment finds it consistent. Errors are EnvironmentErrors.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bus_log.hpp"
+#include "hdf5.hpp"
+#include "servohil/app/contract.hpp"
+#include "servohil/app/recording/recorder.hpp"
+#include "servohil/app/recording/recording.hpp"
+#include "servohil/app/telemetry.hpp"
+#include "table_writer.hpp"
+
+namespace servohil::app {
+
+class RecordingFile {
+ public:
+  RecordingFile(const std::filesystem::path& directory, const RecordingAttributes& attributes,
+                const Contract& contract);
+
+  /// @pre every command up to the sample's tick has been added: no file holds a sample without its commands
+  void Add(const Telemetry& telemetry, std::int64_t now_ns);
+  void Add(const RecordedCommand& command, std::int64_t now_ns);
+  void Add(const RecordingGap& gap, std::int64_t now_ns);
+  void AddPublished(std::uint64_t tick, Published which, const can::Frame& frame, std::int64_t now_ns);
+  /// @param bus  of all of them, when nothing
+  void AddToLog(std::int64_t time_ns, std::optional<std::size_t> bus, const can::Frame& frame);
+
+  /// Writes what has waited long enough. @param all  everything, at once
+  void Write(std::int64_t now_ns, bool all);
+
+  std::uint64_t Samples() const noexcept { return samples_->Rows(); }
+  std::uint64_t Commands() const noexcept { return commands_->Rows(); }
+  std::uint64_t Frames() const noexcept { return frames_; }
+
+  /// Closes both, and opens servohil.h5 once more for the attributes of the end: single-writer mode takes no
+  /// new ones.
+  void Close(const std::optional<RecordingEnd>& end, const RecordingReport& report);
+
+ private:
+  void CreateTables(const Contract& contract, std::uint64_t every_ticks);
+  void WriteSamples();
+  void EndRow(TableWriter& table, std::int64_t now_ns);
+  std::vector<TableWriter*> OtherTables();  ///< all but samples
+
+  std::string name_;  ///< for errors
+  std::vector<std::string> buses_;
+  hdf5::Id file_;
+  std::optional<BusLog> log_;
+  std::optional<TableWriter> samples_;
+  std::optional<TableWriter> commands_;
+  std::optional<TableWriter> gaps_;
+  struct PublishedTable {
+    can::Message message;
+    TableWriter table;
+  };
+  std::array<std::optional<PublishedTable>, kPublishedCount> published_;
+  std::uint64_t frames_ = 0;          ///< in the log
+  std::uint64_t pending_frames_ = 0;  ///< on their way there
+  bool flush_due_ = false;
+  std::int64_t flushed_ns_ = 0;
+};
+
+}  // namespace servohil::app

@@ -1,0 +1,45 @@
+#pragma once
+/// Names of the root attributes, for writer and reader.
+
+#include <cstdint>
+#include <string>
+
+#include "../formatted.hpp"
+
+namespace servohil::app {
+
+/// Raised when a recording is laid out otherwise.
+inline constexpr std::uint64_t kRecordingFormat = 1;
+
+namespace attribute {
+
+inline constexpr const char* kFormat = "servohil_recording";
+inline constexpr const char* kConfiguration = "configuration";
+inline constexpr const char* kHash = "configuration_fnv1a_64";
+inline constexpr const char* kDbc = "dbc";
+inline constexpr const char* kLoad = "load_curve";
+inline constexpr const char* kLoadClosing = "load_closing";
+inline constexpr const char* kProgramVersion = "program_version";
+inline constexpr const char* kClock = "clock";
+inline constexpr const char* kBuses = "buses";
+inline constexpr const char* kHost = "host";
+inline constexpr const char* kStartTime = "start_time";
+inline constexpr const char* kTick = "tick_s";
+inline constexpr const char* kEveryTicks = "every_ticks";
+// Only at the end:
+inline constexpr const char* kEndTime = "end_time";
+inline constexpr const char* kVerdict = "verdict";
+inline constexpr const char* kFinalStateHash = "final_state_hash";
+inline constexpr const char* kSamplesLost = "samples_lost";
+inline constexpr const char* kCommandsLost = "commands_lost";
+inline constexpr const char* kFramesLost = "frames_lost";
+inline constexpr const char* kProblem = "problem";
+inline constexpr const char* kComplete = "complete";
+
+}  // namespace attribute
+
+inline std::string HashText(std::uint64_t hash) {
+  return Formatted("%016llx", static_cast<unsigned long long>(hash));
+}
+
+}  // namespace servohil::app

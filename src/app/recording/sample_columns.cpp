@@ -1,0 +1,56 @@
+#include "sample_columns.hpp"
+
+#include <array>
+
+namespace servohil::app {
+namespace {
+
+using T = Telemetry;
+using U64 = std::uint64_t;
+
+constexpr std::array kColumns = std::to_array<SampleColumn>({
+    {"tick", "0.1 ms", "simulated time since the start", +[](T& t) -> U64& { return t.sample.tick; }},
+    {"p1_psi", "psi", "control pressure during the tick that ended here",
+     +[](T& t) -> double& { return t.sample.p1_psi; }},
+    {"x3_in", "in", "piston position", +[](T& t) -> double& { return t.sample.state.x3_in; }},
+    {"v3_in_s", "in/s", "piston velocity", +[](T& t) -> double& { return t.sample.state.v3_in_s; }},
+    {"p3_psi", "psi", "pressure under the piston", +[](T& t) -> double& { return t.sample.state.p3_psi; }},
+    {"p4_psi", "psi", "pressure above the relay plunger",
+     +[](T& t) -> double& { return t.sample.state.p4_psi; }},
+    {"p8_psi", "psi", "pressure in the stabilizer's oil chamber; P3 without a stabilizer",
+     +[](T& t) -> double& { return t.sample.state.p8_psi; }},
+    {"p2_psi", "psi", "supply pressure", +[](T& t) -> double& { return t.sample.state.p2_psi; }},
+    {"motion", "", "piston: 0 free, 1 stuck, 2 sliding up, 3 sliding down, 4 at lower stop, 5 at upper stop",
+     +[](T& t) -> model::Motion& { return t.sample.state.mode.motion; }},
+    {"plunger", "", "relay plunger: 0 free, 1 at lower stop, 2 at upper stop",
+     +[](T& t) -> model::Plunger& { return t.sample.state.mode.plunger; }},
+    {"diaphragm_seated", "", "1 while the stabilizer's diaphragm rests on its seat",
+     +[](T& t) -> bool& { return t.sample.state.mode.diaphragm_seated; }},
+    {"relay_port_full", "", "1 while orifice 5 is open to its height",
+     +[](T& t) -> bool& { return t.sample.state.mode.relay_port_full; }},
+    {"model_fault", "", "1 once the model left its domain; the state is then the last good one",
+     +[](T& t) -> bool& { return t.sample.model_fault; }},
+    {"unresolved_ticks", "ticks", "that needed more sub-steps than there are, so far",
+     +[](T& t) -> U64& { return t.sample.unresolved_ticks; }},
+    {"state_hash", "", "over the states of all ticks so far",
+     +[](T& t) -> U64& { return t.sample.state_hash; }, Packing::kAsIs},
+    {"mode", "", "0 waiting for the first command, 1 running, 2 model fault, 3 stopped",
+     +[](T& t) -> Mode& { return t.status.mode; }},
+    {"timing_valid", "", "1 while no tick was late since the start",
+     +[](T& t) -> bool& { return t.status.timing_valid; }},
+    {"late_ticks", "ticks", "since the start", +[](T& t) -> U64& { return t.status.late_ticks; }},
+    {"worst_lateness_ns", "ns", "of a tick, since the start",
+     +[](T& t) -> std::int64_t& { return t.status.worst_lateness_ns; }},
+    {"commanded", "", "1 once a command has been received",
+     +[](T& t) -> bool& { return t.status.commanded; }},
+    {"command_age_ticks", "ticks", "since the newest command was first used",
+     +[](T& t) -> U64& { return t.status.command_age_ticks; }},
+});
+
+}  // namespace
+
+std::span<const SampleColumn> SampleColumns() {
+  return kColumns;
+}
+
+}  // namespace servohil::app

@@ -1,0 +1,33 @@
+#pragma once
+/// The columns of the group `samples`: one line each, for writer and reader.
+
+#include <cstdint>
+#include <span>
+#include <type_traits>
+#include <variant>
+
+#include "servohil/app/telemetry.hpp"
+#include "table_writer.hpp"
+
+namespace servohil::app {
+
+/// Where a column's value lives.
+using SamplePlace = std::variant<double& (*)(Telemetry&), std::uint64_t& (*)(Telemetry&),
+                                 std::int64_t& (*)(Telemetry&), bool& (*)(Telemetry&), Mode& (*)(Telemetry&),
+                                 model::Motion& (*)(Telemetry&), model::Plunger& (*)(Telemetry&)>;
+
+/// The type that a value has on file: numbers as they are, flags and enumerations as a byte.
+template <typename T>
+using Stored = std::conditional_t<std::is_same_v<T, bool> || std::is_enum_v<T>, std::uint8_t, T>;
+
+struct SampleColumn {
+  const char* name;  ///< "x3_in"
+  const char* unit;  ///< "in"; empty where there is none
+  const char* description;
+  SamplePlace place;
+  Packing packing = Packing::kDeflated;
+};
+
+std::span<const SampleColumn> SampleColumns();
+
+}  // namespace servohil::app
