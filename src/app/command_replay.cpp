@@ -55,7 +55,7 @@ Telemetry RunAgain(const Rerun& rerun, const RecordingOptions& recording, AfterT
     throw UsageError("replay: there is nothing to replay: not one tick was recorded");
   options.duration_ticks = rerun.end_tick - first_tick;
   options.recorder = recorder.get();
-  const auto task = std::make_unique<SimulationTask>(derived, start, options);
+  const auto task = std::make_unique<SimulationTask>(rerun.configuration.model, start, options);
   if (rerun.from) task->Restore(*rerun.from);
   RunScript(*task, rerun.script, [&] { return after_tick(task->Now()); });
   std::cout << FinishRecording(recorder.get(), recording.directory, task->Now(),

@@ -120,7 +120,7 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
       options.recording.Open(texts, setup.contract, options.clock == Clock::kReal ? "real time" : "lockstep",
                              from, BusNames(network));
   emulator_options.task.recorder = recorder.get();
-  Emulator emulator(setup.derived, setup.start, setup.contract, network, emulator_options);
+  Emulator emulator(setup.configuration.model, setup.start, setup.contract, network, emulator_options);
   if (from) emulator.Restore(*from);
   const std::string ready = ReadyLine(network, emulator.Final(), emulator_options);
   SnapshotWriter snapshots(options.snapshots, texts);
@@ -155,7 +155,7 @@ int RunFast(const Options& options, const Setup& setup, const std::optional<Snap
   const RunTexts texts = DescribeConfiguration(setup.configuration);
   const auto recorder = options.recording.Open(texts, setup.contract, "fast", from, {});
   task_options.recorder = recorder.get();
-  const auto task = std::make_unique<SimulationTask>(setup.derived, setup.start, task_options);
+  const auto task = std::make_unique<SimulationTask>(setup.configuration.model, setup.start, task_options);
   if (from) task->Restore(*from);
   SnapshotWriter snapshots(options.snapshots, texts);
   RunScript(*task, script, [&] {

@@ -118,7 +118,7 @@ int Simulate(const Options& options) {
   TaskOptions task_options;
   task_options.duration_ticks = static_cast<std::uint64_t>(std::llround(options.duration_s / model::kTickS));
   task_options.recorder = recorder.get();
-  const auto task = std::make_unique<SimulationTask>(derived, start, task_options);
+  const auto task = std::make_unique<SimulationTask>(configuration.model, start, task_options);
 
   const std::string csv = options.output.value_or(recorder ? "" : "-");
   std::optional<CsvOutput> output;

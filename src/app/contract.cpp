@@ -21,7 +21,7 @@ constexpr int kClassicalBytes = 8;
 struct Quantity {
   const char* signal;
   const char* unit;
-  double (*value)(const Telemetry&, const model::Outputs&);
+  double (*value)(const Telemetry&);
 };
 
 double Ms(std::int64_t ns) {
@@ -29,37 +29,36 @@ double Ms(std::int64_t ns) {
 }
 
 using T = Telemetry;
-using O = model::Outputs;
 
 constexpr std::array kPositionQuantities = std::to_array<Quantity>({
-    {"X3", "in", [](const T& t, const O&) { return t.sample.state.x3_in; }},
-    {"V3", "in/s", [](const T& t, const O&) { return t.sample.state.v3_in_s; }},
-    {"Tick", "", [](const T& t, const O&) { return static_cast<double>(t.sample.tick & 0xFFFF'FFFFU); }},
+    {"X3", "in", [](const T& t) { return t.sample.state.x3_in; }},
+    {"V3", "in/s", [](const T& t) { return t.sample.state.v3_in_s; }},
+    {"Tick", "", [](const T& t) { return static_cast<double>(t.sample.tick & 0xFFFF'FFFFU); }},
 });
 constexpr std::array kPressureQuantities = std::to_array<Quantity>({
-    {"P1_Applied", "psi", [](const T& t, const O&) { return t.sample.p1_psi; }},
-    {"P3", "psi", [](const T& t, const O&) { return t.sample.state.p3_psi; }},
-    {"P4", "psi", [](const T& t, const O&) { return t.sample.state.p4_psi; }},
-    {"P8", "psi", [](const T& t, const O&) { return t.sample.state.p8_psi; }},
+    {"P1_Applied", "psi", [](const T& t) { return t.sample.p1_psi; }},
+    {"P3", "psi", [](const T& t) { return t.sample.state.p3_psi; }},
+    {"P4", "psi", [](const T& t) { return t.sample.state.p4_psi; }},
+    {"P8", "psi", [](const T& t) { return t.sample.state.p8_psi; }},
 });
 constexpr std::array kRelayQuantities = std::to_array<Quantity>({
-    {"X1", "in", [](const T&, const O& o) { return o.x1_in; }},
-    {"X2", "in", [](const T&, const O& o) { return o.x2_in; }},
-    {"X4", "in", [](const T&, const O& o) { return o.x4_in; }},
-    {"SubSteps", "", [](const T& t, const O&) { return static_cast<double>(t.sample.sub_steps); }},
+    {"X1", "in", [](const T& t) { return t.outputs.x1_in; }},
+    {"X2", "in", [](const T& t) { return t.outputs.x2_in; }},
+    {"X4", "in", [](const T& t) { return t.outputs.x4_in; }},
+    {"SubSteps", "", [](const T& t) { return static_cast<double>(t.sample.sub_steps); }},
 });
 constexpr std::array kStatusQuantities = std::to_array<Quantity>({
-    {"Mode", "", [](const T& t, const O&) { return static_cast<double>(t.status.mode); }},
-    {"TimingValid", "", [](const T& t, const O&) { return t.status.TimingValid() ? 1.0 : 0.0; }},
-    {"ModelFault", "", [](const T& t, const O&) { return t.sample.model_fault ? 1.0 : 0.0; }},
-    {"Stuck", "", [](const T& t, const O&) { return t.sample.state.mode.PistonRests() ? 1.0 : 0.0; }},
-    {"ActiveFaults", "", [](const T&, const O&) { return 0.0; }},
-    {"Unresolved", "", [](const T& t, const O&) { return t.sample.unresolved_ticks > 0 ? 1.0 : 0.0; }},
-    {"LateTicks", "", [](const T& t, const O&) { return static_cast<double>(t.status.late.Total()); }},
-    {"WorstLateness", "ms", [](const T& t, const O&) { return Ms(t.status.worst_lateness_ns); }},
-    {"RecentLateness", "ms", [](const T& t, const O&) { return Ms(t.status.recent_lateness_ns); }},
+    {"Mode", "", [](const T& t) { return static_cast<double>(t.status.mode); }},
+    {"TimingValid", "", [](const T& t) { return t.status.TimingValid() ? 1.0 : 0.0; }},
+    {"ModelFault", "", [](const T& t) { return t.sample.model_fault ? 1.0 : 0.0; }},
+    {"Stuck", "", [](const T& t) { return t.sample.state.mode.PistonRests() ? 1.0 : 0.0; }},
+    {"ActiveFaults", "", [](const T& t) { return static_cast<double>(t.status.active_faults); }},
+    {"Unresolved", "", [](const T& t) { return t.sample.unresolved_ticks > 0 ? 1.0 : 0.0; }},
+    {"LateTicks", "", [](const T& t) { return static_cast<double>(t.status.late.Total()); }},
+    {"WorstLateness", "ms", [](const T& t) { return Ms(t.status.worst_lateness_ns); }},
+    {"RecentLateness", "ms", [](const T& t) { return Ms(t.status.recent_lateness_ns); }},
     {"CommandAge", "ms",
-     [](const T& t, const O&) {
+     [](const T& t) {
        return t.status.commanded ? static_cast<double>(t.status.command_age_ticks) / kTicksPerMs
                                  : std::numeric_limits<double>::infinity();
      }},
@@ -146,8 +145,7 @@ std::optional<Command> Contract::DecodeCommand(const can::Frame& frame,
   return Command{p1_psi};
 }
 
-can::Frame Contract::Encode(Published which, const Telemetry& telemetry,
-                            const model::Outputs& outputs) const noexcept {
+can::Frame Contract::Encode(Published which, const Telemetry& telemetry) const noexcept {
   const Outgoing& outgoing = outgoing_[static_cast<std::size_t>(which)];
   can::Frame frame;
   frame.id = outgoing.message->id;
@@ -155,7 +153,7 @@ can::Frame Contract::Encode(Published which, const Telemetry& telemetry,
   frame.size = static_cast<std::uint8_t>(outgoing.message->size_bytes);
   const std::span<std::uint8_t> data(frame.data.data(), frame.size);
   for (const Field& field : outgoing.fields)
-    can::Encode(*field.signal, field.value(telemetry, outputs), data);
+    can::Encode(*field.signal, field.value(telemetry), data);
   return frame;
 }
 

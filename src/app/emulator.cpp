@@ -19,6 +19,7 @@ constexpr std::int64_t kSenderDelayNs = 50'000;
 constexpr int kReceiverPriorityBelow = 5;
 constexpr int kSenderPriorityBelow = 10;
 constexpr int kForEver = -1;
+constexpr int kLookForRequestsMs = 2;  ///< in lockstep, where no tick does
 
 /// In lockstep each answer has every message, whatever its cycle.
 TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contract) {
@@ -30,11 +31,11 @@ TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contra
 
 }  // namespace
 
-Emulator::Emulator(const model::Derived& derived, const model::SteadyState& start, const Contract& contract,
+Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState& start, const Contract& contract,
                    can::Network& network, const EmulatorOptions& options)
     : network_(network),
       options_(options),
-      task_(std::make_unique<SimulationTask>(derived, start, TaskOptionsOf(options, contract))),
+      task_(std::make_unique<SimulationTask>(parameters, start, TaskOptionsOf(options, contract))),
       receiver_(std::make_unique<Receiver>(contract, *task_, options.task.recorder)),
       sender_(std::make_unique<Sender>(contract, *task_, network, options.task.recorder)),
       loop_(options.task.loop.wake_ticks * kTickNs,
@@ -144,7 +145,8 @@ void Emulator::RunLockstep() {
   rt::NameThread("sim");
   bool goes_on = true;
   while (goes_on && !stop_.load(std::memory_order_relaxed)) {
-    const std::optional<can::Frame> frame = network_.Receive(kForEver);
+    const std::optional<can::Frame> frame = network_.Receive(kLookForRequestsMs);
+    task_->ServeRequests();
     if (!frame) continue;
     const bool is_command = receiver_->Take(*frame);
     if (!LetsTimePass(*frame, is_command)) continue;

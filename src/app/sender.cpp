@@ -34,7 +34,7 @@ void Sender::SendAll(const Telemetry& telemetry, const std::atomic<bool>& stop) 
   for (std::size_t i = 0; i < kPublishedCount; ++i) {
     const auto which = static_cast<Published>(i);
     if (contract_.CycleTicks(which) == 0) continue;
-    const can::Frame frame = Encode(which, telemetry);
+    const can::Frame frame = contract_.Encode(which, telemetry);
     can::SendResult result = network_.Send(frame);
     while (result == can::SendResult::kQueueFull && !stop.load(std::memory_order_relaxed)) {
       rt::SleepUntil(rt::MonotonicNs() + kRetryNs);
@@ -51,12 +51,8 @@ void Sender::SendStopped() noexcept {
   Send(Published::kStatus, last);
 }
 
-can::Frame Sender::Encode(Published which, const Telemetry& telemetry) const noexcept {
-  return contract_.Encode(which, telemetry, task_.OutputsAt(telemetry.sample));
-}
-
 void Sender::Send(Published which, const Telemetry& telemetry) noexcept {
-  const can::Frame frame = Encode(which, telemetry);
+  const can::Frame frame = contract_.Encode(which, telemetry);
   Account(which, telemetry, frame, network_.Send(frame));
 }
 

@@ -7,14 +7,15 @@
 
 namespace servohil::app {
 
-SimulationTask::SimulationTask(const model::Derived& derived, const model::SteadyState& start,
+SimulationTask::SimulationTask(const model::Parameters& parameters, const model::SteadyState& start,
                                TaskOptions options)
-    : simulation_(derived, start), options_(std::move(options)) {
+    : simulation_(parameters, start), options_(std::move(options)) {
   now_.sample = simulation_.Now();
 }
 
 void SimulationTask::Restore(const Snapshot& snapshot) noexcept {
-  simulation_.Restore(snapshot.sample);
+  simulation_.Restore(snapshot.sample, snapshot.faults);
+  faults_.Put(snapshot.faults);
   command_ = snapshot.command;
   command_tick_ = snapshot.command_tick;
   now_.sample = snapshot.sample;
@@ -32,9 +33,10 @@ bool SimulationTask::Run(int ticks) noexcept {
   for (int i = 0; i < ticks && goes_on; ++i) {
     Tick();
     Publish(now_.sample.tick);
-    TakeSnapshots();
+    TakeDueSnapshots();
     goes_on = GoesOn();
   }
+  now_.outputs = simulation_.Outputs();
   newest_.Put(now_);
   return goes_on;
 }
@@ -81,20 +83,27 @@ bool SimulationTask::StandStill() noexcept {
 }
 
 void SimulationTask::TakeCommand() noexcept {
-  if (!commands_.Take(command_)) return;
-  Status& status = now_.status;
-  status.commanded = true;
-  status.command_arrival_ns = command_.arrival_ns;
+  Command command;
+  if (!commands_.Take(command)) return;
+  if (command.arrival_ns != 0) arrival_to_tick_.Record(rt::MonotonicNs() - command.arrival_ns);
+  SetCommand(command);
+}
+
+void SimulationTask::SetCommand(const Command& command) noexcept {
+  command_ = command;
   command_tick_ = now_.sample.tick;
-  if (command_.arrival_ns != 0) arrival_to_tick_.Record(rt::MonotonicNs() - command_.arrival_ns);
-  if (options_.recorder != nullptr) options_.recorder->RecordCommand(command_tick_ + 1, command_.p1_psi);
+  now_.status.commanded = true;
+  now_.status.command_arrival_ns = command.arrival_ns;
+  if (options_.recorder != nullptr) options_.recorder->RecordCommand(command_tick_ + 1, command.p1_psi);
 }
 
 void SimulationTask::Tick() noexcept {
+  ServeRequests();
   TakeCommand();
   Status& status = now_.status;
   now_.sample = status.commanded ? simulation_.Tick(command_.p1_psi) : simulation_.Rest();
   status.command_age_ticks = now_.sample.tick - command_tick_;
+  status.active_faults = simulation_.Faults().CountActive(now_.sample.tick);
   status.mode = now_.sample.model_fault ? Mode::kModelFault
                 : status.commanded      ? Mode::kRunning
                                         : Mode::kWaiting;
@@ -107,19 +116,62 @@ void SimulationTask::Publish(std::uint64_t tick) noexcept {
     now_.due[i] = options_.cycle_ticks[i] != 0 && tick % options_.cycle_ticks[i] == 0;
     any = any || now_.due[i];
   }
-  if (any) telemetry_.TryPush(now_);
+  if (any) {
+    now_.outputs = simulation_.Outputs();
+    telemetry_.TryPush(now_);
+  }
   if (now_.due[static_cast<std::size_t>(Published::kStatus)]) now_.status.recent_lateness_ns = 0;
 }
 
-void SimulationTask::TakeSnapshots() noexcept {
-  bool wanted = snapshot_requested_.load(std::memory_order_relaxed) &&
-                snapshot_requested_.exchange(false, std::memory_order_relaxed);
+void SimulationTask::TakeDueSnapshots() noexcept {
   const auto& ticks = options_.snapshot_ticks;
   while (next_snapshot_ < ticks.size() && ticks[next_snapshot_] <= now_.sample.tick) {
-    wanted = wanted || ticks[next_snapshot_] == now_.sample.tick;
+    if (ticks[next_snapshot_] == now_.sample.tick) TakeSnapshot();
     ++next_snapshot_;
   }
-  if (wanted) snapshots_.TryPush({now_.sample, command_, now_.status.commanded, command_tick_});
+}
+
+void SimulationTask::TakeSnapshot() noexcept {
+  snapshots_.TryPush({now_.sample, command_, now_.status.commanded, command_tick_, simulation_.Faults()});
+}
+
+void SimulationTask::ServeRequests() noexcept {
+  constexpr int kMostAtOnce = 4;
+  Request request;
+  for (int i = 0; i < kMostAtOnce && requests_.TryPop(request); ++i) Serve(request);
+}
+
+void SimulationTask::Serve(const Request& request) noexcept {
+  const std::uint64_t next_tick = now_.sample.tick + 1;
+  fault::Schedule& faults = simulation_.Faults();
+  Answer answer{request.number, Answer::Result::kApplied, next_tick};
+  switch (request.kind) {
+    case Request::Kind::kInject: {
+      fault::Injection injection = request.injection;
+      injection.start_tick = std::max(injection.start_tick, next_tick);
+      answer.tick = injection.start_tick;
+      if (!faults.Inject(injection)) answer.result = Answer::Result::kNoRoom;
+      break;
+    }
+    case Request::Kind::kClear:
+      if (faults.Clear(request.injection.id) == 0) answer.result = Answer::Result::kNoSuchFault;
+      break;
+    case Request::Kind::kClearAll:
+      faults.ClearAll();
+      break;
+    case Request::Kind::kCommand:
+      SetCommand({request.p1_psi});
+      break;
+    case Request::Kind::kSnapshot:
+      answer.tick = now_.sample.tick;
+      TakeSnapshot();
+      break;
+  }
+  faults_.Put(faults);
+  answers_.TryPush(answer);
+  const bool is_influence = request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
+                            request.kind == Request::Kind::kClearAll;
+  if (is_influence && options_.recorder != nullptr) options_.recorder->RecordRequest(next_tick, request);
 }
 
 }  // namespace servohil::app

@@ -29,4 +29,10 @@ LoadCurve LoadCurve::Held() const noexcept {
   return LoadCurve(std::span(points.data(), size_ + 2));
 }
 
+LoadCurve LoadCurve::Shifted(double psi) const noexcept {
+  LoadCurve shifted = *this;
+  for (std::size_t i = 0; i < size_; ++i) shifted.p_[i] += psi;
+  return shifted;
+}
+
 }  // namespace servohil::model

@@ -50,7 +50,7 @@ TEST(Allocations, AndPageFaultsAreNoneInTenThousandTicksAfterTheStart) {
       {"friction.coulomb_psi=5", "stabilizer.enabled=true", "loop.wake_ticks=1"});
   TaskOptions options = setup.Options();
   options.duration_ticks = 10'000;
-  const auto task = std::make_unique<SimulationTask>(setup.derived, setup.start, options);
+  const auto task = std::make_unique<SimulationTask>(setup.configuration.model, setup.start, options);
   long allocations = -1;
   long page_faults = -1;
   std::uint64_t wakes = 0;

@@ -9,8 +9,8 @@ namespace {
 
 TEST(SimulationTask, IsTheOfflineSimulationTickByTick) {
   const testing::DefaultSetup setup;
-  SimulationTask task(setup.derived, setup.start, setup.Options());
-  Simulation offline(setup.derived, setup.start);
+  SimulationTask task(setup.configuration.model, setup.start, setup.Options());
+  Simulation offline(setup.configuration.model, setup.start);
   const rt::LoopTiming in_time;
   for (int wake = 0; wake < 200; ++wake) {
     if (wake == 20) task.PutCommand({setup.start.p1_psi + 0.27});
@@ -31,7 +31,7 @@ TEST(SimulationTask, IsTheOfflineSimulationTickByTick) {
 TEST(SimulationTask, PublishesEachMessageAtItsCycleWhateverTheWakePeriod) {
   for (const char* wake_ticks : {"1", "7", "10", "100"}) {
     const testing::DefaultSetup setup({std::string("loop.wake_ticks=") + wake_ticks});
-    SimulationTask task(setup.derived, setup.start, setup.Options());
+    SimulationTask task(setup.configuration.model, setup.start, setup.Options());
     const rt::LoopTiming in_time;
     std::array<int, kPublishedCount> published{};
     Telemetry t;
@@ -55,7 +55,7 @@ rt::LateWake Late(rt::LateCause cause, std::int64_t lateness_ns) {
 
 TEST(SimulationTask, CountsTheTicksOfLateWakeUpsByCauseAndLatchesTimingInvalid) {
   const testing::DefaultSetup setup;
-  SimulationTask task(setup.derived, setup.start, setup.Options());
+  SimulationTask task(setup.configuration.model, setup.start, setup.Options());
   rt::LoopTiming timing;
   task.Wake(timing);
   EXPECT_TRUE(task.Now().status.TimingValid());
@@ -74,7 +74,7 @@ TEST(SimulationTask, CountsTheTicksOfLateWakeUpsByCauseAndLatchesTimingInvalid) 
 
 TEST(SimulationTask, RecentLatenessIsThatSinceTheStatusBefore) {
   const testing::DefaultSetup setup;  // a status every 100 ms, a wake-up every 1 ms
-  SimulationTask task(setup.derived, setup.start, setup.Options());
+  SimulationTask task(setup.configuration.model, setup.start, setup.Options());
   std::vector<std::int64_t> told;
   for (int wake = 1; wake <= 300; ++wake) {
     rt::LoopTiming timing;
@@ -102,7 +102,7 @@ void WakeBehind(SimulationTask& task, std::uint64_t wakes_behind) {
 TEST(SimulationTask, WithinTheLimitEveryPolicyCatchesUp) {
   for (const char* policy : {"catch_up", "freeze", "stop"}) {
     const testing::DefaultSetup setup({std::string("loop.overrun=") + policy, "loop.max_catch_up_ticks=100"});
-    SimulationTask task(setup.derived, setup.start, setup.Options());
+    SimulationTask task(setup.configuration.model, setup.start, setup.Options());
     WakeBehind(task, 10);
     EXPECT_EQ(task.Now().sample.tick, 110U) << policy;
     EXPECT_EQ(task.Now().status.overruns, 0U) << policy;
@@ -111,7 +111,7 @@ TEST(SimulationTask, WithinTheLimitEveryPolicyCatchesUp) {
 
 TEST(SimulationTask, PastTheLimitCatchUpLosesNoTickAndCountsTheOverrunOnce) {
   const testing::DefaultSetup setup({"loop.max_catch_up_ticks=100"});
-  SimulationTask task(setup.derived, setup.start, setup.Options());
+  SimulationTask task(setup.configuration.model, setup.start, setup.Options());
   WakeBehind(task, 30);
   EXPECT_EQ(task.Now().sample.tick, 310U);
   EXPECT_EQ(task.Now().status.overruns, 1U);
@@ -122,7 +122,7 @@ TEST(SimulationTask, PastTheLimitFreezeHoldsTheStateAndGoesOnPublishing) {
   const testing::DefaultSetup setup({"loop.overrun=freeze", "loop.max_catch_up_ticks=100"});
   TaskOptions options = setup.Options();
   options.duration_ticks = 2'000;
-  SimulationTask task(setup.derived, setup.start, options);
+  SimulationTask task(setup.configuration.model, setup.start, options);
   const rt::LoopTiming in_time;
   task.PutCommand({setup.start.p1_psi + 1.0});
   for (int i = 0; i < 20; ++i) task.Wake(in_time);
@@ -144,7 +144,7 @@ TEST(SimulationTask, PastTheLimitFreezeHoldsTheStateAndGoesOnPublishing) {
 
 TEST(SimulationTask, PastTheLimitStopEndsTheRunAtTheTickItHadReached) {
   const testing::DefaultSetup setup({"loop.overrun=stop", "loop.max_catch_up_ticks=100"});
-  SimulationTask task(setup.derived, setup.start, setup.Options());
+  SimulationTask task(setup.configuration.model, setup.start, setup.Options());
   rt::LoopTiming timing;
   EXPECT_TRUE(task.Wake(timing));
   timing.behind = 11;
@@ -155,7 +155,7 @@ TEST(SimulationTask, PastTheLimitStopEndsTheRunAtTheTickItHadReached) {
 
 TEST(SimulationTask, InTheGraceNothingIsAnOverrun) {
   const testing::DefaultSetup setup({"loop.overrun=stop", "loop.max_catch_up_ticks=0"});
-  SimulationTask task(setup.derived, setup.start, setup.Options());
+  SimulationTask task(setup.configuration.model, setup.start, setup.Options());
   rt::LoopTiming timing;
   timing.behind = 11;
   timing.in_grace = true;
@@ -168,7 +168,7 @@ TEST(SimulationTask, ARestoredRunGoesOnBitForBit) {
                                      "stabilizer.enabled=true", "oil.air_fraction=0.01"});
   TaskOptions options = setup.Options();
   options.snapshot_ticks = {333, 1'500};
-  SimulationTask whole(setup.derived, setup.start, options);
+  SimulationTask whole(setup.configuration.model, setup.start, options);
   const auto drive = [&](SimulationTask& task, std::uint64_t until) {
     while (task.Now().sample.tick < until) {
       const std::uint64_t tick = task.Now().sample.tick;
@@ -181,7 +181,7 @@ TEST(SimulationTask, ARestoredRunGoesOnBitForBit) {
   for (const std::uint64_t tick : options.snapshot_ticks) {
     ASSERT_TRUE(whole.TryPopSnapshot(snapshot));
     ASSERT_EQ(snapshot.sample.tick, tick);
-    SimulationTask rest(setup.derived, setup.start, setup.Options());
+    SimulationTask rest(setup.configuration.model, setup.start, setup.Options());
     rest.Restore(snapshot);
     drive(rest, 3'000);
     EXPECT_EQ(rest.Now().sample.state_hash, whole.Now().sample.state_hash);
@@ -193,7 +193,7 @@ TEST(SimulationTask, ARestoredRunGoesOnBitForBit) {
 
 TEST(SimulationTask, ASnapshotIsTakenAtTheNextTickWhenAskedFor) {
   const testing::DefaultSetup setup;
-  SimulationTask task(setup.derived, setup.start, setup.Options());
+  SimulationTask task(setup.configuration.model, setup.start, setup.Options());
   task.Run(7);
   task.RequestSnapshot();
   task.Run(5);
@@ -205,7 +205,7 @@ TEST(SimulationTask, ASnapshotIsTakenAtTheNextTickWhenAskedFor) {
 
 TEST(SimulationTask, CommandAgeAndModeFollowTheCommands) {
   const testing::DefaultSetup setup;
-  SimulationTask task(setup.derived, setup.start, setup.Options());
+  SimulationTask task(setup.configuration.model, setup.start, setup.Options());
   const rt::LoopTiming in_time;
   task.Wake(in_time);
   EXPECT_EQ(task.Now().status.mode, Mode::kWaiting);
@@ -225,7 +225,7 @@ TEST(SimulationTask, EndsAtTheExactTick) {
   const testing::DefaultSetup setup;
   TaskOptions options = setup.Options();
   options.duration_ticks = 25;
-  SimulationTask task(setup.derived, setup.start, options);
+  SimulationTask task(setup.configuration.model, setup.start, options);
   const rt::LoopTiming in_time;
   EXPECT_TRUE(task.Wake(in_time));
   EXPECT_TRUE(task.Wake(in_time));

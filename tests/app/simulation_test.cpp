@@ -11,7 +11,7 @@ namespace {
 
 TEST(Simulation, RestsUntilItIsTicked) {
   const testing::DefaultSetup setup;
-  Simulation simulation(setup.derived, setup.start);
+  Simulation simulation(setup.configuration.model, setup.start);
   for (int i = 0; i < 100; ++i) simulation.Rest();
   EXPECT_EQ(simulation.Now().tick, 100U);
   EXPECT_EQ(simulation.Now().state.Vector(), setup.start.state.Vector());
@@ -23,7 +23,7 @@ TEST(Simulation, AStateOutsideTheModelIsNeverShown) {
   model::SteadyState start = setup.start;
   start.state.x3_in = -0.37;  // V3 = 30 + 78.4 x3 = 1 in³, and at 500 in/s less than nothing within the tick
   start.state.v3_in_s = -500.0;
-  Simulation simulation(setup.derived, start);
+  Simulation simulation(setup.configuration.model, start);
   simulation.Tick(start.p1_psi);
   const Sample& now = simulation.Now();
   ASSERT_TRUE(now.model_fault);
@@ -36,7 +36,7 @@ TEST(Simulation, AStateOutsideTheModelIsNeverShown) {
 
 TEST(Simulation, ANonFiniteCommandIsAFaultNotAState) {
   const testing::DefaultSetup setup;
-  Simulation simulation(setup.derived, setup.start);
+  Simulation simulation(setup.configuration.model, setup.start);
   simulation.Tick(std::nan(""));
   EXPECT_TRUE(simulation.Now().model_fault);
   EXPECT_TRUE(simulation.Now().state.Vector().allFinite());

@@ -49,8 +49,8 @@ TEST(StateHash, AnyFlippedBitChangesIt) {
 
 TEST(StateHash, RemembersThePast) {
   const testing::DefaultSetup setup;
-  Simulation one(setup.derived, setup.start);
-  Simulation other(setup.derived, setup.start);
+  Simulation one(setup.configuration.model, setup.start);
+  Simulation other(setup.configuration.model, setup.start);
   one.Tick(setup.start.p1_psi);
   other.Tick(setup.start.p1_psi + 1e-9);
   Sample sample = other.Now();

@@ -12,7 +12,7 @@ namespace {
 
 void RunTicks(benchmark::State& state, const std::vector<std::string>& settings) {
   const testing::DefaultSetup setup(settings);
-  Simulation simulation(setup.derived, setup.start);
+  Simulation simulation(setup.configuration.model, setup.start);
   // Always in motion, with reversals: 1 Hz, so that friction sticks and breaks away, too.
   double phase = 0.0;
   for (auto _ : state) {

@@ -11,7 +11,6 @@
 #include "servohil/app/telemetry.hpp"
 #include "servohil/can/dbc.hpp"
 #include "servohil/can/frame.hpp"
-#include "servohil/model/servomotor.hpp"
 
 namespace servohil::app {
 
@@ -34,8 +33,7 @@ class Contract {
   std::optional<Command> DecodeCommand(const can::Frame& frame, CommandRejection& rejection) const noexcept;
 
   /// Frame of one published message. Values that its signals cannot hold saturate.
-  can::Frame Encode(Published which, const Telemetry& telemetry,
-                    const model::Outputs& outputs) const noexcept;
+  can::Frame Encode(Published which, const Telemetry& telemetry) const noexcept;
 
   /// Layout of one published message; null: never sent.
   const can::Message* MessageOf(Published which) const noexcept {
@@ -55,7 +53,7 @@ class Contract {
  private:
   struct Field {
     const can::Signal* signal;
-    double (*value)(const Telemetry&, const model::Outputs&);
+    double (*value)(const Telemetry&);
   };
   struct Outgoing {
     const can::Message* message = nullptr;

@@ -44,7 +44,7 @@ struct EmulatorOptions {
 class Emulator {
  public:
   /// @param network, contract  must outlive the emulator
-  Emulator(const model::Derived& derived, const model::SteadyState& start, const Contract& contract,
+  Emulator(const model::Parameters& parameters, const model::SteadyState& start, const Contract& contract,
            can::Network& network, const EmulatorOptions& options);
   ~Emulator();
   Emulator(const Emulator&) = delete;
@@ -63,7 +63,9 @@ class Emulator {
 
   // Any time, one thread:
   bool TakeNewest(Telemetry& telemetry) noexcept { return task_->TakeNewest(telemetry); }
-  void RequestSnapshot() noexcept { task_->RequestSnapshot(); }
+  bool PutRequest(const Request& request) noexcept { return task_->PutRequest(request); }
+  bool TryPopAnswer(Answer& answer) noexcept { return task_->TryPopAnswer(answer); }
+  bool TakeFaults(fault::Schedule& faults) noexcept { return task_->TakeFaults(faults); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
   const SendCounters& Sent() const noexcept { return sender_->Counters(); }

@@ -46,7 +46,6 @@ class Sender {
 
  private:
   void SendWaiting(bool at_once) noexcept;
-  can::Frame Encode(Published which, const Telemetry& telemetry) const noexcept;
   void Send(Published which, const Telemetry& telemetry) noexcept;
   void Account(Published which, const Telemetry& telemetry, const can::Frame& frame,
                can::SendResult result) noexcept;

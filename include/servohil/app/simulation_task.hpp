@@ -3,12 +3,12 @@
 /// real-time loop says it at each wake-up, lockstep at each frame, a script or a replay as fast as it goes.
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <vector>
 
 #include "servohil/app/configuration.hpp"
 #include "servohil/app/recording/recorder.hpp"
+#include "servohil/app/request.hpp"
 #include "servohil/app/simulation.hpp"
 #include "servohil/app/telemetry.hpp"
 #include "servohil/rt/latency_histogram.hpp"
@@ -24,6 +24,7 @@ struct Snapshot {
   Command command;  ///< the newest; its arrival means nothing any more
   bool commanded = false;
   std::uint64_t command_tick = 0;  ///< after which it arrived
+  fault::Schedule faults;
 };
 
 struct TaskOptions {
@@ -37,13 +38,24 @@ struct TaskOptions {
 class SimulationTask {
  public:
   /// At rest at `start`, tick 0.
-  SimulationTask(const model::Derived& derived, const model::SteadyState& start, TaskOptions options);
+  SimulationTask(const model::Parameters& parameters, const model::SteadyState& start, TaskOptions options);
 
   /// Before the first tick: goes on from `snapshot`, bit for bit as if it had never ended.
   void Restore(const Snapshot& snapshot) noexcept;
 
   /// Any one thread: newest valid command. Real-time safe.
   void PutCommand(const Command& command) noexcept { commands_.Put(command); }
+
+  /// Any one thread: what is asked, in order. @return false: too many wait
+  bool PutRequest(const Request& request) noexcept { return requests_.TryPush(request); }
+  /// The same thread: an answer, in order.
+  bool TryPopAnswer(Answer& answer) noexcept { return answers_.TryPop(answer); }
+  /// The same thread: the faults, when they have changed since the last call.
+  bool TakeFaults(fault::Schedule& faults) noexcept { return faults_.Take(faults); }
+
+  /// The thread that runs the ticks, between them: follows what is asked, with effect from the next tick on.
+  /// Run() does so itself before each tick. Real-time safe.
+  void ServeRequests() noexcept;
 
   /// Runs `ticks` ticks, each with the newest command. @return false after the last of the duration.
   /// Real-time safe.
@@ -59,14 +71,11 @@ class SimulationTask {
   /// Whoever watches (one thread): the newest state.
   bool TakeNewest(Telemetry& telemetry) noexcept { return newest_.Take(telemetry); }
 
-  /// Any thread: a snapshot after the tick that is computed now.
-  void RequestSnapshot() noexcept { snapshot_requested_ = true; }
   /// Whoever writes them down (one thread).
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return snapshots_.TryPop(snapshot); }
 
   /// The thread that runs the ticks.
   const Telemetry& Now() const noexcept { return now_; }
-  model::Outputs OutputsAt(const Sample& sample) const noexcept { return simulation_.OutputsAt(sample); }
 
   /// From the arrival of a command's frame to the first tick that used it. Any thread.
   const rt::LatencyHistogram& ArrivalToTick() const noexcept { return arrival_to_tick_; }
@@ -74,8 +83,11 @@ class SimulationTask {
  private:
   void Tick() noexcept;
   void TakeCommand() noexcept;
+  void SetCommand(const Command& command) noexcept;
   void Publish(std::uint64_t tick) noexcept;
-  void TakeSnapshots() noexcept;
+  void Serve(const Request& request) noexcept;
+  void TakeDueSnapshots() noexcept;
+  void TakeSnapshot() noexcept;
   void Account(const rt::LoopTiming& timing) noexcept;
   bool IsOverrun(const rt::LoopTiming& timing) noexcept;
   bool StandStill() noexcept;
@@ -90,13 +102,15 @@ class SimulationTask {
   std::uint64_t frozen_ticks_ = 0;  ///< for which simulated time stood still
   bool over_limit_ = false;         ///< more to catch up than allowed, at the last wake-up
   std::size_t next_snapshot_ = 0;
-  std::atomic<bool> snapshot_requested_{false};
   rt::LatencyHistogram arrival_to_tick_;
 
   rt::Mailbox<Command> commands_;
   rt::Ring<Telemetry, 1024> telemetry_;
   rt::Mailbox<Telemetry> newest_;
   rt::Ring<Snapshot, 16> snapshots_;
+  rt::Ring<Request, 64> requests_;
+  rt::Ring<Answer, 64> answers_;
+  rt::Mailbox<fault::Schedule> faults_;
 };
 
 }  // namespace servohil::app

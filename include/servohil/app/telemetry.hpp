@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "servohil/app/sample.hpp"
+#include "servohil/model/servomotor.hpp"
 
 namespace servohil::app {
 
@@ -43,6 +44,7 @@ struct Status {
   std::int64_t recent_lateness_ns = 0;  ///< worst since the status message before
   bool commanded = false;               ///< a command has been received
   std::uint64_t command_age_ticks = 0;
+  std::uint64_t active_faults = 0;      ///< injected ones that act now
   std::int64_t command_arrival_ns = 0;  ///< of the newest command, as in Command
 
   /// No late tick since the start; latched.
@@ -56,6 +58,7 @@ inline constexpr std::size_t kPublishedCount = 4;
 struct Telemetry {
   Sample sample;
   Status status;
+  model::Outputs outputs{};                 ///< at a tick where something is due, and after the last of a run of ticks
   std::array<bool, kPublishedCount> due{};  ///< messages whose cycle ends at this tick
 };
 

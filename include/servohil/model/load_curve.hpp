@@ -27,6 +27,9 @@ class LoadCurve {
   /// The same curve with its end values held beyond its ends.
   LoadCurve Held() const noexcept;
 
+  /// The same curve with so much more load everywhere [psi]. Real-time safe.
+  LoadCurve Shifted(double psi) const noexcept;
+
   /// p_L(x3) [psi]. Any finite x3. Real-time safe.
   double PressureAt(double x3_in) const noexcept {
     const std::size_t i = SegmentAt(x3_in);

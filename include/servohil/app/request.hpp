@@ -1,0 +1,29 @@
+#pragma once
+/// Requests to a running simulation and its answers: they cross threads.
+
+#include <cstdint>
+
+#include "servohil/fault/schedule.hpp"
+
+namespace servohil::app {
+
+/// What somebody asks of a running simulation. Checked already: names, ranges, what the model supports.
+struct Request {
+  enum class Kind : std::uint8_t { kInject, kClear, kClearAll, kCommand, kSnapshot };
+
+  std::uint64_t number = 0;  ///< whoever asks gets it back
+  Kind kind = Kind::kInject;
+  fault::Injection injection;  ///< kInject: start_tick 0 is now; kClear: its id
+  double p1_psi = 0.0;         ///< kCommand
+};
+
+/// The simulation's answer.
+struct Answer {
+  enum class Result : std::uint8_t { kApplied, kNoRoom, kNoSuchFault };
+
+  std::uint64_t number = 0;
+  Result result = Result::kApplied;
+  std::uint64_t tick = 0;  ///< the first that feels it
+};
+
+}  // namespace servohil::app
