@@ -7,7 +7,7 @@
 
 #include "hdf5.hpp"
 #include "recording_format.hpp"
-#include "sample_columns.hpp"
+#include "servohil/app/recording/sample_columns.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {

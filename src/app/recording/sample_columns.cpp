@@ -1,4 +1,4 @@
-#include "sample_columns.hpp"
+#include "servohil/app/recording/sample_columns.hpp"
 
 #include <array>
 
@@ -33,7 +33,7 @@ constexpr std::array kColumns = std::to_array<SampleColumn>({
     {"unresolved_ticks", "ticks", "that needed more sub-steps than there are, so far",
      +[](T& t) -> U64& { return t.sample.unresolved_ticks; }},
     {"state_hash", "", "over the states of all ticks so far",
-     +[](T& t) -> U64& { return t.sample.state_hash; }, Packing::kAsIs},
+     +[](T& t) -> U64& { return t.sample.state_hash; }, false},
     {"mode", "", "0 waiting for the first command, 1 running, 2 model fault, 3 stopped",
      +[](T& t) -> Mode& { return t.status.mode; }},
     {"timing_valid", "", "1 while no tick was late since the start",
