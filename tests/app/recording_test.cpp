@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "default_setup.hpp"
+#include "scratch.hpp"
 #include "servohil/app/configuration_text.hpp"
 #include "servohil/app/recording/reader.hpp"
 #include "servohil/error.hpp"
@@ -24,23 +25,7 @@ namespace servohil::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A directory for one test.
-class Scratch {
- public:
-  Scratch() {
-    std::string name = (fs::temp_directory_path() / "servohil-recording-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch directory");
-    path_ = name;
-  }
-  ~Scratch() { fs::remove_all(path_); }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  fs::path operator/(const char* name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
+using testing::Scratch;
 
 /// Telemetry of any bits, from a generator that starts where the test says.
 class RandomTelemetry {
