@@ -56,6 +56,7 @@ class Column {
     hsize_t chunk = 0;
     if (H5Pget_layout(*properties) == H5D_CHUNKED && H5Pget_chunk(*properties, 1, &chunk) == 1 && chunk > 0)
       chunk_rows_ = chunk;
+    CheckChunks();
   }
 
   std::uint64_t Rows() const noexcept { return rows_; }
@@ -89,6 +90,26 @@ class Column {
     const bool there = H5Lexists(file, name.substr(0, name.find('/')).c_str(), H5P_DEFAULT) > 0 &&
                        H5Lexists(file, name.c_str(), H5P_DEFAULT) > 0;
     throw UsageError(place_ + (there ? ": cannot be opened: " + why : std::string(": is missing")));
+  }
+  /// A chunk that is not there would read as zeros. At the end of the column, its rows are as good as not
+  /// written.
+  void CheckChunks() {
+    const hdf5::Id space(H5Dget_space(*dataset_));
+    hsize_t there = 0;
+    if (H5Dget_num_chunks(*dataset_, *space, &there) < 0)
+      throw UsageError(place_ + ": cannot be read: " + hdf5::LastError());
+    while (rows_ > 0 && !HasChunkOf(rows_ - 1)) rows_ = (rows_ - 1) / chunk_rows_ * chunk_rows_;
+    const std::uint64_t expected = (rows_ + chunk_rows_ - 1) / chunk_rows_;
+    if (there < expected)
+      throw UsageError(place_ + ": " + std::to_string(expected - there) + " of " + std::to_string(expected) +
+                       " chunks are missing");
+  }
+  bool HasChunkOf(hsize_t row) const {
+    unsigned filters = 0;
+    haddr_t address = HADDR_UNDEF;
+    hsize_t size_bytes = 0;
+    return H5Dget_chunk_info_by_coord(*dataset_, &row, &filters, &address, &size_bytes) >= 0 &&
+           address != HADDR_UNDEF;
   }
   template <typename T>
   bool ReadRows(hsize_t first, hsize_t count, T* values) const {

@@ -208,6 +208,9 @@ void RecordingFile::Write(std::int64_t now_ns, bool all) {
   log_->Flush();
   frames_ += std::exchange(pending_frames_, 0);
   if (!flush_due_) return;
+  // Table by table: H5Fflush alone would go on after an error, and leave rows whose data never came.
+  for (TableWriter* table : OtherTables()) table->Flush();
+  samples_->Flush();
   hdf5::Require(H5Fflush(*file_, H5F_SCOPE_LOCAL), name_ + ": cannot be written");
   flush_due_ = false;
 }
