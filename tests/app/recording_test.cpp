@@ -1,9 +1,12 @@
 #include "servohil/app/recording/recorder.hpp"
 
 #include <gtest/gtest.h>
+#include <hdf5.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <csignal>
@@ -13,6 +16,7 @@
 #include <sstream>
 
 #include "default_setup.hpp"
+#include "scratch.hpp"
 #include "servohil/app/configuration_text.hpp"
 #include "servohil/app/recording/reader.hpp"
 #include "servohil/error.hpp"
@@ -21,23 +25,7 @@ namespace servohil::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A directory for one test.
-class Scratch {
- public:
-  Scratch() {
-    std::string name = (fs::temp_directory_path() / "servohil-recording-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch directory");
-    path_ = name;
-  }
-  ~Scratch() { fs::remove_all(path_); }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  fs::path operator/(const char* name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
+using testing::Scratch;
 
 /// Telemetry of any bits, from a generator that starts where the test says.
 class RandomTelemetry {
@@ -109,6 +97,35 @@ RecordingAttributes Attributes(const testing::DefaultSetup& setup) {
   attributes.clock = "fast";
   attributes.buses = {"vcan0", "slcan0"};
   return attributes;
+}
+
+/// Values of a column as numbers, straight from HDF5.
+std::vector<double> ReadColumn(const fs::path& directory, const char* name) {
+  const hid_t file = H5Fopen((directory / kRecordingFile).c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const hid_t dataset = H5Dopen2(file, name, H5P_DEFAULT);
+  const hid_t space = H5Dget_space(dataset);
+  std::vector<double> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+  H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+  H5Sclose(space);
+  H5Dclose(dataset);
+  H5Fclose(file);
+  return values;
+}
+
+template <typename Change>
+void ChangeFile(const fs::path& name, const Change& change) {
+  const hid_t file = H5Fopen(name.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  ASSERT_GE(file, 0);
+  change(file);
+  H5Fclose(file);
+}
+
+void FlipBit(const fs::path& name, std::uint64_t place) {
+  std::fstream file(name, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(place));
+  const int byte = file.get();
+  file.seekp(static_cast<std::streamoff>(place));
+  file.put(static_cast<char>(byte ^ 0x10));
 }
 
 constexpr RecorderOptions kWaiting{.producers_wait = true};
@@ -196,6 +213,344 @@ TEST(Recording, TakesEveryNthTickAndEveryCommand) {
   ASSERT_EQ(reader.ReadSamples(0, samples), 40U);
   for (std::size_t i = 0; i < 40; ++i) EXPECT_EQ(samples[i].sample.tick, 25 * (i + 1));
   EXPECT_EQ(reader.Commands().size(), 1'000U);
+}
+
+/// What a full ring loses: the file tells exactly which samples.
+TEST(Recording, MarksEveryLossAsAGap) {
+  const Scratch scratch;
+  const testing::DefaultSetup setup;
+  Recorder recorder(scratch / "run", Attributes(setup), setup.contract);
+  const Telemetry telemetry = RandomTelemetry(3).At(0);
+  // Far faster than any disk: the ring fills. A few more, so that there are samples after a gap.
+  std::uint64_t tick = 0;
+  const auto record = [&] {
+    Telemetry t = telemetry;
+    t.sample.tick = ++tick;
+    recorder.RecordTick(t);
+  };
+  while (!recorder.Incomplete()) record();
+  for (int i = 0; i < 200'000; ++i) record();
+  const RecordingReport report = recorder.Finish(kEnd);
+  EXPECT_FALSE(report.complete);
+  EXPECT_NE(report.problem.find("too slow"), std::string::npos) << report.problem;
+  EXPECT_EQ(report.samples + report.samples_lost, tick);
+
+  const RecordingReader reader(scratch / "run");
+  EXPECT_FALSE(reader.Complete());
+  ASSERT_EQ(reader.SampleCount(), report.samples);
+  std::vector<Telemetry> samples(static_cast<std::size_t>(report.samples));
+  reader.ReadSamples(0, samples);
+  std::vector<RecordingGap> missing;
+  std::uint64_t expected = 1;
+  const auto expect = [&](std::uint64_t next) {
+    if (next != expected) missing.push_back({RecordedStream::kSamples, expected, next - expected});
+    expected = next + 1;
+  };
+  for (const Telemetry& sample : samples) expect(sample.sample.tick);
+  expect(tick + 1);
+  EXPECT_FALSE(missing.empty());
+  EXPECT_EQ(reader.Gaps(), missing);
+}
+
+std::atomic<std::uint64_t> free_bytes{};
+
+TEST(Recording, EndsBeforeTheDiskIsFull) {
+  const Scratch scratch;
+  const testing::DefaultSetup setup;
+  RecorderOptions options = kWaiting;
+  options.reserve_bytes = 1'000'000;
+  options.free_bytes = [](const fs::path&) { return free_bytes.load(); };
+  free_bytes = options.reserve_bytes;
+  Recorder recorder(scratch / "run", Attributes(setup), setup.contract, options);
+  RandomTelemetry random(4);
+  std::uint64_t tick = 0;
+  // More than the ring holds, so that some of it is written before the disk is full.
+  for (; tick < 50'000; ++tick) recorder.RecordTick(random.At(tick));
+  free_bytes = options.reserve_bytes - 1;
+  while (!recorder.Incomplete()) recorder.RecordTick(random.At(tick++));
+  recorder.RecordCommand(tick, 30.0);
+  recorder.RecordTick(random.At(tick++));
+  free_bytes = options.reserve_bytes;  // that there is room again does not make it whole
+  const RecordingReport report = recorder.Finish(kEnd);
+  EXPECT_FALSE(report.complete);
+  EXPECT_NE(report.problem.find("disk full"), std::string::npos) << report.problem;
+  EXPECT_GT(report.samples, 0U);
+  EXPECT_GT(report.samples_lost, 0U);
+  EXPECT_EQ(report.samples + report.samples_lost, tick);
+  EXPECT_EQ(report.commands_lost, 1U);
+
+  const RecordingReader reader(scratch / "run");  // closed cleanly, and says so
+  EXPECT_TRUE(reader.End());
+  EXPECT_FALSE(reader.Complete());
+  EXPECT_EQ(reader.SampleCount(), report.samples);
+  const std::vector<RecordingGap> gaps = reader.Gaps();
+  ASSERT_EQ(gaps.size(), 2U);
+  EXPECT_EQ(gaps[0], (RecordingGap{RecordedStream::kSamples, report.samples, report.samples_lost}));
+  EXPECT_EQ(gaps[1].stream, RecordedStream::kCommands);
+}
+
+TEST(Recording, OfAFullDiskDoesNotBegin) {
+  const Scratch scratch;
+  const testing::DefaultSetup setup;
+  RecorderOptions options;
+  options.free_bytes = [](const fs::path&) { return std::uint64_t{0}; };
+  EXPECT_THROW(Recorder(scratch / "run", Attributes(setup), setup.contract, options), EnvironmentError);
+}
+
+/// Files of this process grow no further; writing there fails, as a quota does.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
+TEST(Recording, SurvivesAWriteErrorWithWhatWasWritten) {
+  const Scratch scratch;
+  const testing::DefaultSetup setup;
+  RecordingReport report;
+  std::uint64_t tick = 0;
+  {
+    const FileSizeLimit limit(2'000'000);
+    Recorder recorder(scratch / "run", Attributes(setup), setup.contract, kWaiting);
+    RandomTelemetry random(5);
+    while (!recorder.Incomplete()) recorder.RecordTick(random.At(tick++));
+    report = recorder.Finish(kEnd);
+  }
+  EXPECT_FALSE(report.complete);
+  EXPECT_NE(report.problem.find("File too large"), std::string::npos) << report.problem;
+  EXPECT_NE(report.problem.find("servohil.h5"), std::string::npos) << report.problem;
+  EXPECT_EQ(report.problem.find('\n'), std::string::npos) << report.problem;
+
+  const RecordingReader reader(scratch / "run");
+  EXPECT_FALSE(reader.Complete());
+  EXPECT_GT(reader.SampleCount(), 0U);
+  EXPECT_LE(reader.SampleCount(), tick);
+  std::vector<Telemetry> samples(static_cast<std::size_t>(reader.SampleCount()));
+  ASSERT_EQ(reader.ReadSamples(0, samples), samples.size());
+  RandomTelemetry random(5);
+  for (std::uint64_t row = 0; row < samples.size(); ++row) ExpectEqual(samples[row], random.At(row));
+}
+
+TEST(Recording, IsNotOverwritten) {
+  const Scratch scratch;
+  const testing::DefaultSetup setup;
+  Recorder(scratch / "run", Attributes(setup), setup.contract).Finish(kEnd);
+  try {
+    Recorder(scratch / "run", Attributes(setup), setup.contract);
+    FAIL() << "a second recording went into the same directory";
+  } catch (const UsageError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              (scratch / "run").string() +
+                  ": holds a recording already (servohil.h5); name a directory without one");
+  }
+  EXPECT_TRUE(RecordingReader(scratch / "run").Complete());
+}
+
+TEST(Recording, HoldsWhatTheFramesCarry) {
+  const Scratch scratch;
+  const testing::DefaultSetup setup;
+  Recorder recorder(scratch / "run", Attributes(setup), setup.contract);
+  // x3 = 4.00007 in goes out as a multiple of 0.0002 in.
+  Telemetry telemetry;
+  telemetry.sample.tick = 100;
+  telemetry.sample.state.x3_in = 4.00007;
+  telemetry.sample.state.v3_in_s = -1.5;
+  recorder.RecordSent(100, Published::kPosition, setup.contract.Encode(Published::kPosition, telemetry, {}));
+  recorder.Finish(kEnd);
+  EXPECT_EQ(ReadColumn(scratch / "run", "published/SERVO_Position/tick"), std::vector{100.0});
+  EXPECT_EQ(ReadColumn(scratch / "run", "published/SERVO_Position/X3"), std::vector{25'000 * 0.0002 - 1.0});
+  EXPECT_EQ(ReadColumn(scratch / "run", "published/SERVO_Position/V3"), std::vector{-150 * 0.01});
+  EXPECT_EQ(ReadColumn(scratch / "run", "published/SERVO_Position/Tick"), std::vector{100.0});
+}
+
+TEST(Recording, LogsEveryFrameInOrderOfTime) {
+  const Scratch scratch;
+  const testing::DefaultSetup setup;
+  Recorder recorder(scratch / "run", Attributes(setup), setup.contract);
+  can::Frame frame{.id = 0x123, .size = 4, .data = {0xDE, 0xAD, 0xBE, 0xEF}};
+  frame.receive_time_ns = 1'436'509'052'249'713'999;
+  recorder.RecordReceived(frame, 0);
+  frame = {.id = 0x1ABCDEF, .extended = true, .size = 0, .receive_time_ns = 1'436'509'052'249'712'000};
+  recorder.RecordReceived(frame, 1);
+  frame = {.id = 0x7, .remote = true, .size = 5, .receive_time_ns = 1'436'509'053'000'000'000};
+  recorder.RecordReceived(frame, 0);
+  frame = {.id = 0x7, .fd = true, .bit_rate_switch = true, .size = 1, .data = {0x0F}};
+  frame.receive_time_ns = 1'436'509'053'000'001'000;
+  recorder.RecordReceived(frame, 0);
+  frame.bit_rate_switch = false;
+  recorder.RecordReceived(frame, 0);
+  EXPECT_EQ(recorder.Finish(kEnd).frames, 5U);
+
+  std::ifstream log(scratch / "run" / "bus.log");
+  std::stringstream text;
+  text << log.rdbuf();
+  EXPECT_EQ(text.str(),
+            "(1436509052.249712) slcan0 01ABCDEF#\n"
+            "(1436509052.249713) vcan0 123#DEADBEEF\n"
+            "(1436509053.000000) vcan0 007#R5\n"
+            "(1436509053.000001) vcan0 007##10F\n"
+            "(1436509053.000001) vcan0 007##00F\n");
+}
+
+/// Records in a process of its own, which is killed once there is enough on file.
+TEST(Recording, OfAKilledProcessIsReadable) {
+  const Scratch scratch;
+  const testing::DefaultSetup setup;
+  const RecordingAttributes attributes = Attributes(setup);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    Recorder recorder(scratch / "run", attributes, setup.contract, kWaiting);
+    RandomTelemetry random(6);
+    for (std::uint64_t tick = 1;; ++tick) {
+      recorder.RecordCommand(tick, 30.0);
+      recorder.RecordTick(random.At(tick));
+    }
+  }
+  std::uint64_t while_written = 0;
+  while (while_written < 10'000) {
+    try {
+      while_written = RecordingReader(scratch / "run").SampleCount();
+    } catch (const UsageError&) {
+      // Not there yet, or not yet in single-writer mode.
+    }
+  }
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+
+  const RecordingReader reader(scratch / "run");
+  EXPECT_FALSE(reader.End());
+  EXPECT_FALSE(reader.Complete());
+  ASSERT_GE(reader.SampleCount(), while_written);
+  std::vector<Telemetry> samples(static_cast<std::size_t>(reader.SampleCount()));
+  ASSERT_EQ(reader.ReadSamples(0, samples), samples.size());
+  RandomTelemetry random(6);
+  for (std::uint64_t i = 0; i < samples.size(); ++i) ExpectEqual(samples[i], random.At(i + 1));
+  EXPECT_GE(reader.Commands().size(), samples.size()) << "a sample without the command that it used";
+}
+
+/// What RecordingReader says to this file.
+std::string ErrorOf(const fs::path& path) {
+  try {
+    const RecordingReader reader(path);
+    std::vector<Telemetry> samples(static_cast<std::size_t>(reader.SampleCount()));
+    reader.ReadSamples(0, samples);
+    reader.Commands();
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+class RecordingReaderErrors : public ::testing::Test {
+ protected:
+  RecordingReaderErrors() {
+    Recorder recorder(directory_, Attributes(setup_), setup_.contract, kWaiting);
+    RandomTelemetry random(7);
+    for (std::uint64_t tick = 1; tick <= 10'000; ++tick) recorder.RecordTick(random.At(tick));
+    recorder.Finish(kEnd);
+  }
+
+  const Scratch scratch_;
+  const testing::DefaultSetup setup_;
+  const fs::path directory_ = scratch_ / "run";
+  const fs::path file_ = directory_ / kRecordingFile;
+};
+
+TEST_F(RecordingReaderErrors, NoneForASoundRecording) {
+  EXPECT_EQ(ErrorOf(directory_), "no error");
+  EXPECT_EQ(ErrorOf(file_), "no error");
+}
+
+TEST_F(RecordingReaderErrors, NoRecording) {
+  EXPECT_EQ(ErrorOf(scratch_ / "nothing"), (scratch_ / "nothing").string() + ": there is no such recording");
+  std::ofstream(scratch_ / "text.h5") << "x3_in,p3_psi\n";
+  EXPECT_EQ(ErrorOf(scratch_ / "text.h5"), (scratch_ / "text.h5").string() + ": is no HDF5 file");
+}
+
+TEST_F(RecordingReaderErrors, ForeignFile) {
+  const fs::path foreign = scratch_ / "foreign.h5";
+  H5Fclose(H5Fcreate(foreign.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT));
+  EXPECT_EQ(ErrorOf(foreign), foreign.string() + ": is no recording of servohil");
+}
+
+TEST_F(RecordingReaderErrors, MissingDataset) {
+  ChangeFile(file_, [](hid_t file) { H5Ldelete(file, "samples/p4_psi", H5P_DEFAULT); });
+  EXPECT_EQ(ErrorOf(directory_), file_.string() + ": samples/p4_psi: is missing");
+}
+
+TEST_F(RecordingReaderErrors, ShortColumn) {
+  ChangeFile(file_, [](hid_t file) {
+    const hid_t dataset = H5Dopen2(file, "samples/p4_psi", H5P_DEFAULT);
+    const hsize_t rows = 9'000;
+    H5Dset_extent(dataset, &rows);
+    H5Dclose(dataset);
+  });
+  EXPECT_EQ(RecordingReader(directory_).SampleCount(), 9'000U);
+  EXPECT_EQ(ErrorOf(directory_), "no error");
+}
+
+TEST_F(RecordingReaderErrors, AFlippedBitIsLocated) {
+  haddr_t address = 0;
+  hsize_t size_bytes = 0;
+  ChangeFile(file_, [&](hid_t file) {
+    const hid_t dataset = H5Dopen2(file, "samples/x3_in", H5P_DEFAULT);
+    const hsize_t row = 5'000;  // of the second chunk, 4096 to 8191
+    unsigned filters = 0;
+    H5Dget_chunk_info_by_coord(dataset, &row, &filters, &address, &size_bytes);
+    H5Dclose(dataset);
+  });
+  ASSERT_GT(size_bytes, 0U);
+  FlipBit(file_, address + size_bytes / 2);
+  const std::string error = ErrorOf(directory_);
+  EXPECT_EQ(error.rfind(file_.string() + ": samples/x3_in: rows 4096 to 8191 are damaged: ", 0), 0U) << error;
+}
+
+/// Wherever the bit: either an error that names the file, or the same data (a bit that nobody reads).
+TEST_F(RecordingReaderErrors, NoFlippedBitGoesUnnoticed) {
+  const fs::path copy = scratch_ / "copy.h5";
+  std::mt19937_64 random(8);
+  const std::uintmax_t size_bytes = fs::file_size(file_);
+  int found = 0;
+  constexpr int kFlips = 100;
+  for (int i = 0; i < kFlips; ++i) {
+    fs::copy_file(file_, copy, fs::copy_options::overwrite_existing);
+    const std::uint64_t place = random() % size_bytes;
+    FlipBit(copy, place);
+    const std::string error = ErrorOf(copy);
+    if (error != "no error") {
+      ++found;
+      EXPECT_EQ(error.rfind(copy.string(), 0), 0U) << error;
+      EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+      continue;
+    }
+    const RecordingReader reader(copy);
+    std::vector<Telemetry> samples(static_cast<std::size_t>(reader.SampleCount()));
+    reader.ReadSamples(0, samples);
+    RandomTelemetry expected(7);
+    for (std::uint64_t row = 0; row < samples.size(); ++row) ExpectEqual(samples[row], expected.At(row + 1));
+    ASSERT_FALSE(HasFailure()) << "bit at " << place;
+  }
+  EXPECT_GT(found, kFlips / 2);  // the samples, which are checked, are most of the file
+}
+
+TEST_F(RecordingReaderErrors, TruncatedFile) {
+  fs::resize_file(file_, fs::file_size(file_) / 2);
+  const std::string error = ErrorOf(directory_);
+  EXPECT_EQ(error.rfind(file_.string() + ": ", 0), 0U) << error;
 }
 
 }  // namespace

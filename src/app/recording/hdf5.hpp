@@ -32,6 +32,8 @@ class Id {
     const hid_t id = std::exchange(id_, H5I_INVALID_HID);
     return id < 0 || H5Idec_ref(id) >= 0;
   }
+  /// Left open until the program ends.
+  void Abandon() noexcept { id_ = H5I_INVALID_HID; }
 
  private:
   hid_t id_ = H5I_INVALID_HID;

@@ -1,6 +1,8 @@
 #pragma once
 /// A ring whose consumer learns where items were lost.
 
+#include <atomic>
+#include <cstdint>
 #include <ctime>
 #include <memory>
 
@@ -28,6 +30,7 @@ class LossyRing {
       return true;
     }
     if (loss_.lost++ == 0) loss_.first_tick = tick;
+    lost_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
   /// Producer that may wait: sleeps until there is room.
@@ -41,12 +44,13 @@ class LossyRing {
   /// What was lost after the last item; after the producer has ended.
   Loss LostAtEnd() const noexcept { return loss_; }
   /// Any thread: lost so far.
-  std::uint64_t Lost() const noexcept { return ring_->Dropped(); }
+  std::uint64_t Lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
  private:
   using Items = rt::Ring<Entry, kCapacity>;
   std::unique_ptr<Items> ring_ = std::make_unique<Items>();
-  Loss loss_;  ///< producer's: since the last item
+  Loss loss_;                           ///< producer's: since the last item
+  std::atomic<std::uint64_t> lost_{0};  ///< not the ring's count: that has the tries of one who waits, too
 };
 
 }  // namespace servohil::app

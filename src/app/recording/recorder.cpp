@@ -51,18 +51,16 @@ double ThreadCpuS() noexcept {
 }
 
 /// Nothing when there is room; else one line.
-std::string LackOfSpace(const std::filesystem::path& directory, std::uint64_t reserve_bytes) {
-  struct statvfs disk {};
-  if (statvfs(directory.c_str(), &disk) != 0)
-    return directory.string() + ": " + std::generic_category().message(errno);
-  const std::uint64_t free_bytes = std::uint64_t{disk.f_bavail} * disk.f_frsize;
-  if (free_bytes >= reserve_bytes) return {};
-  return directory.string() + Formatted(": disk full: %.1f MB free, recording ends below %.1f MB",
-                                        static_cast<double>(free_bytes) / 1e6,
-                                        static_cast<double>(reserve_bytes) / 1e6);
+std::string LackOfSpace(const std::filesystem::path& directory, const RecorderOptions& options) {
+  constexpr double kMegabyte = 1e6;
+  const std::uint64_t free_bytes = options.free_bytes(directory);
+  if (free_bytes >= options.reserve_bytes) return {};
+  return directory.string() + Formatted(": disk full: %.1f MB left, recording ends below %.1f MB",
+                                        static_cast<double>(free_bytes) / kMegabyte,
+                                        static_cast<double>(options.reserve_bytes) / kMegabyte);
 }
 
-void MakeDirectory(const std::filesystem::path& directory, std::uint64_t reserve_bytes) {
+void MakeDirectory(const std::filesystem::path& directory, const RecorderOptions& options) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (error) throw EnvironmentError(directory.string() + ": cannot be made: " + error.message());
@@ -72,8 +70,7 @@ void MakeDirectory(const std::filesystem::path& directory, std::uint64_t reserve
                        "); name a directory without one");
     }
   }
-  if (const std::string lack = LackOfSpace(directory, reserve_bytes); !lack.empty())
-    throw EnvironmentError(lack);
+  if (const std::string lack = LackOfSpace(directory, options); !lack.empty()) throw EnvironmentError(lack);
 }
 
 struct LoggedFrame {
@@ -90,6 +87,13 @@ constexpr std::size_t Index(RecordedStream stream) {
 }
 
 }  // namespace
+
+std::uint64_t FreeBytes(const std::filesystem::path& directory) {
+  struct statvfs disk {};
+  if (statvfs(directory.c_str(), &disk) != 0)
+    throw EnvironmentError(directory.string() + ": " + std::generic_category().message(errno));
+  return std::uint64_t{disk.f_bavail} * disk.f_frsize;
+}
 
 class Recorder::Writer {
  public:
@@ -201,7 +205,7 @@ bool Recorder::Writer::Round() noexcept {
   try {
     more = TakeRound();
     if (!failed_) {
-      const std::string lack = LackOfSpace(directory_, options_.reserve_bytes);
+      const std::string lack = LackOfSpace(directory_, options_);
       if (lack.empty()) {
         WriteRound();
       } else {
@@ -347,6 +351,10 @@ RecordingReport Recorder::Writer::Finish(const std::optional<RecordingEnd>& end)
     Fail(error.what(), true);
   }
   Account();
+  if (broken_) {
+    file_.Abandon();
+    return *report_;
+  }
   try {
     file_.Close(end, *report_);
   } catch (const std::exception& error) {
@@ -359,7 +367,7 @@ RecordingReport Recorder::Writer::Finish(const std::optional<RecordingEnd>& end)
 Recorder::Recorder(const std::filesystem::path& directory, const RecordingAttributes& attributes,
                    const Contract& contract, const RecorderOptions& options) {
   hdf5::PrepareThread();
-  MakeDirectory(directory, options.reserve_bytes);
+  MakeDirectory(directory, options);
   writer_ = std::make_unique<Writer>(directory, attributes, contract, options);
 }
 

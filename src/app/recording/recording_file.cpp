@@ -10,7 +10,7 @@
 
 #include "../formatted.hpp"
 #include "recording_format.hpp"
-#include "sample_columns.hpp"
+#include "servohil/app/recording/sample_columns.hpp"
 #include "servohil/can/codec.hpp"
 #include "servohil/error.hpp"
 #include "servohil/model/step.hpp"
@@ -87,7 +87,8 @@ std::vector<TableColumn> SampleTableColumns() {
               Stored<std::remove_reference_t<std::invoke_result_t<decltype(place), Telemetry&>>>>();
         },
         column.place);
-    columns.push_back({column.name, column.unit, column.description, type, column.packing});
+    columns.push_back({column.name, column.unit, column.description, type,
+                       column.compressible ? Packing::kDeflated : Packing::kAsIs});
   }
   return columns;
 }
@@ -196,7 +197,7 @@ void RecordingFile::AddToLog(std::int64_t time_ns, std::optional<std::size_t> bu
 
 void RecordingFile::Write(std::int64_t now_ns, bool all) {
   const auto due = [&](const TableWriter& table) {
-    return table.HasRowsOlderThan(all ? 0 : kRowWaitNs, now_ns);
+    return all ? table.HasPendingRows() : table.HasRowsOlderThan(kRowWaitNs, now_ns);
   };
   for (TableWriter* table : OtherTables()) {
     if (!due(*table)) continue;
@@ -209,6 +210,9 @@ void RecordingFile::Write(std::int64_t now_ns, bool all) {
   log_->Flush();
   frames_ += std::exchange(pending_frames_, 0);
   if (!flush_due_) return;
+  // Table by table: H5Fflush alone would go on after an error, and leave rows whose data never came.
+  for (TableWriter* table : OtherTables()) table->Flush();
+  samples_->Flush();
   hdf5::Require(H5Fflush(*file_, H5F_SCOPE_LOCAL), name_ + ": cannot be written");
   flush_due_ = false;
 }
@@ -219,6 +223,12 @@ std::vector<TableWriter*> RecordingFile::OtherTables() {
     if (published) tables.push_back(&published->table);
   }
   return tables;
+}
+
+void RecordingFile::Abandon() noexcept {
+  for (TableWriter* table : OtherTables()) table->Abandon();
+  samples_->Abandon();
+  file_.Abandon();
 }
 
 void RecordingFile::Close(const std::optional<RecordingEnd>& end, const RecordingReport& report) {

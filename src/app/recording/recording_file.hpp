@@ -44,6 +44,9 @@ class RecordingFile {
   /// Closes both, and opens servohil.h5 once more for the attributes of the end: single-writer mode takes no
   /// new ones.
   void Close(const std::optional<RecordingEnd>& end, const RecordingReport& report);
+  /// After an error: leaves servohil.h5 as a kill would, readable up to the last flush. Closing it would try
+  /// to write the rest, and spoil it half-way.
+  void Abandon() noexcept;
 
  private:
   void CreateTables(const Contract& contract, std::uint64_t every_ticks);

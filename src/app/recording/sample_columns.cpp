@@ -1,4 +1,4 @@
-#include "sample_columns.hpp"
+#include "servohil/app/recording/sample_columns.hpp"
 
 #include <array>
 
@@ -35,21 +35,23 @@ constexpr std::array kColumns = std::to_array<SampleColumn>({
     {"sub_steps", "", "integration steps of this tick; 0: at rest",
      +[](T& t) -> int& { return t.sample.sub_steps; }},
     {"state_hash", "", "over the states of all ticks so far",
-     +[](T& t) -> U64& { return t.sample.state_hash; }, Packing::kAsIs},
+     +[](T& t) -> U64& { return t.sample.state_hash; }, false},
     {"mode", "", "0 waiting for the first command, 1 running, 2 model fault, 4 frozen",
      +[](T& t) -> Mode& { return t.status.mode; }},
     {"commanded", "", "1 once a command has been received",
      +[](T& t) -> bool& { return t.status.commanded; }},
     {"command_age_ticks", "ticks", "since the newest command was first used",
      +[](T& t) -> U64& { return t.status.command_age_ticks; }},
+    {"active_faults", "", "injected faults that act",
+     +[](T& t) -> U64& { return t.status.active_faults; }},
     {"woke_late_ticks", "ticks", "late because the thread was woken late, since the start",
-     +[](T& t) -> U64& { return t.status.late.woke_late; }, Packing::kDeflated, false},
+     +[](T& t) -> U64& { return t.status.late.woke_late; }, true, false},
     {"computed_long_ticks", "ticks", "late because the ticks before took long, since the start",
-     +[](T& t) -> U64& { return t.status.late.computed_long; }, Packing::kDeflated, false},
+     +[](T& t) -> U64& { return t.status.late.computed_long; }, true, false},
     {"woke_late_and_computed_long_ticks", "ticks", "late for both reasons, since the start",
-     +[](T& t) -> U64& { return t.status.late.both; }, Packing::kDeflated, false},
+     +[](T& t) -> U64& { return t.status.late.both; }, true, false},
     {"worst_lateness_ns", "ns", "of a wake-up, since the start",
-     +[](T& t) -> std::int64_t& { return t.status.worst_lateness_ns; }, Packing::kDeflated, false},
+     +[](T& t) -> std::int64_t& { return t.status.worst_lateness_ns; }, true, false},
 });
 
 }  // namespace

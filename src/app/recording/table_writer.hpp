@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "hdf5.hpp"
-#include "packing.hpp"
 
 namespace servohil::app {
 
@@ -57,7 +56,7 @@ class TableWriter {
     return (rows_ + pending_rows_) % chunk_rows_ == 0 && pending_rows_ > 0;
   }
   bool HasRowsOlderThan(std::int64_t age_ns, std::int64_t now_ns) const noexcept {
-    return pending_rows_ > 0 && now_ns - oldest_ns_ >= age_ns;
+    return HasPendingRows() && now_ns - oldest_ns_ >= age_ns;
   }
 
   /// Pending rows into the library. After an error the table is of no more use.
@@ -65,8 +64,13 @@ class TableWriter {
   /// From the library to the system.
   void Flush();
 
+  /// What is not with the system yet is given up.
+  void Abandon() noexcept {
+    for (Column& column : columns_) column.dataset.Abandon();
+  }
+
   std::uint64_t Rows() const noexcept { return rows_; }
-  std::size_t PendingRows() const noexcept { return pending_rows_; }
+  bool HasPendingRows() const noexcept { return pending_rows_ > 0; }
 
  private:
   struct Column {

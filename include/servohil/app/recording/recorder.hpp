@@ -21,12 +21,16 @@
 
 namespace servohil::app {
 
+/// Bytes that the file system of `directory` has left for this user. @throws EnvironmentError
+std::uint64_t FreeBytes(const std::filesystem::path& directory);
+
 struct RecorderOptions {
   /// Recording ends before the file system has less than this left, so that the file can be closed: a round
   /// of the writer's takes at most 2 MB.
   std::uint64_t reserve_bytes = 4U << 20U;
   /// Faster than real time: a producer whose ring is full sleeps until there is room, and nothing is lost.
   bool producers_wait = false;
+  std::uint64_t (*free_bytes)(const std::filesystem::path& directory) = FreeBytes;  ///< for the tests
 };
 
 /// What became of a recording.

@@ -1,5 +1,5 @@
 #pragma once
-/// The columns of the group `samples`: one line each, for writer and reader.
+/// The columns of the group `samples`: one line each, for writer, reader and whoever compares runs.
 
 #include <cstdint>
 #include <span>
@@ -7,7 +7,6 @@
 #include <variant>
 
 #include "servohil/app/telemetry.hpp"
-#include "packing.hpp"
 
 namespace servohil::app {
 
@@ -26,8 +25,8 @@ struct SampleColumn {
   const char* unit;  ///< "in"; empty where there is none
   const char* description;
   SamplePlace place;
-  Packing packing = Packing::kDeflated;
-  bool repeatable = true;  ///< a replay gives it bit for bit; false: the machine's doing
+  bool compressible = true;  ///< false: as good as random
+  bool repeatable = true;    ///< a replay gives it bit for bit; false: the machine's doing
 };
 
 std::span<const SampleColumn> SampleColumns();
