@@ -55,6 +55,8 @@ int Main(int argc, char** argv) {
       "3 the machine lacks something (interface, permission, disk).");
   int exit_status = kExitOk;
   AddRunCommand(program, exit_status);
+  AddFaultCommand(program, exit_status);
+  AddStatusCommand(program, exit_status);
   AddReplayCommand(program, exit_status);
   AddSimulateCommand(program, exit_status);
   AddSteadyCommand(program, exit_status);

@@ -6,6 +6,7 @@
 #include "candump.hpp"
 #include "commands.hpp"
 #include "formatted.hpp"
+#include "p1_script.hpp"
 #include "recording_options.hpp"
 #include "replay.hpp"
 #include "run_report.hpp"
@@ -31,7 +32,7 @@ using Count = unsigned long long;  // for printf
 struct Rerun {
   Configuration configuration;
   std::optional<Snapshot> from;
-  std::vector<P1Change> script;
+  std::vector<Influence> script;
   std::uint64_t end_tick = 0;
 };
 
@@ -63,15 +64,16 @@ Telemetry RunAgain(const Rerun& rerun, const RecordingOptions& recording, AfterT
   return task->Now();
 }
 
-/// The tick up to which all commands are known.
+/// The tick up to which all influences are known.
 std::uint64_t LastKnownTick(const RecordingReader& recording) {
   std::uint64_t last = 0;
   std::vector<Telemetry> one(1);
   if (recording.SampleCount() > 0 && recording.ReadSamples(recording.SampleCount() - 1, one) == 1)
     last = one[0].sample.tick;
   for (const RecordingGap& gap : recording.Gaps()) {
-    if (gap.stream != RecordedStream::kCommands || gap.tick > last) continue;
-    std::cout << Formatted("commands were lost at tick %llu: the replay ends there\n", Count{gap.tick});
+    if (gap.stream != RecordedStream::kInfluences || gap.tick > last) continue;
+    std::cout << Formatted("commands or faults were lost at tick %llu: the replay ends there\n",
+                           Count{gap.tick});
     last = gap.tick - 1;
   }
   return last;
@@ -136,7 +138,7 @@ int ReplayRecording(const Options& options) {
   rerun.configuration = LoadConfiguration(texts.File(), options.configuration.settings);
   if (const std::string& text = reader.Attributes().start_snapshot; !text.empty())
     rerun.from = ParseSnapshotText(text, reader.File().string());
-  rerun.script = ScriptOf(reader.Commands());
+  rerun.script = reader.Influences();
   rerun.end_tick = EndTick(options, LastKnownTick(reader));
   const bool what_if = !options.configuration.settings.empty();
   RecordingOptions recording = options.recording;
@@ -168,7 +170,7 @@ int ReplayLog(const Options& options) {
     last_tick = std::max(last_tick, static_cast<std::uint64_t>(ticks));
     CommandRejection why{};
     if (const auto command = contract.DecodeCommand(frame, why))
-      rerun.script.push_back({last_tick, command->p1_psi});
+      rerun.script.push_back(CommandAfter(last_tick, command->p1_psi));
   }
   rerun.end_tick = EndTick(options, last_tick + 1);
   std::cout << Formatted("log %s: %llu frames, %llu of them commands, %.4f s\n",

@@ -9,7 +9,9 @@
 
 #include "bus_setup.hpp"
 #include "commands.hpp"
+#include "control/server.hpp"
 #include "formatted.hpp"
+#include "p1_script.hpp"
 #include "recording_options.hpp"
 #include "run_report.hpp"
 #include "run_statistics.hpp"
@@ -36,6 +38,7 @@ struct Options {
   std::filesystem::path script;
   RecordingOptions recording;
   std::filesystem::path statistics;
+  std::string control;
   std::filesystem::path from;
   std::filesystem::path snapshots = ".";
   std::vector<double> snapshot_at_s;
@@ -100,6 +103,40 @@ std::vector<std::string> BusNames(const can::Network& network) {
   return names;
 }
 
+/// Faults belong on a bus that no real machine is on, unless the configuration says otherwise.
+control::Permissions PermissionsOf(const Configuration& configuration, const can::Network& network) {
+  control::Permissions permissions{&configuration.model, configuration.fault.armed == Armed::kYes, {}};
+  if (permissions.armed) return permissions;
+  if (configuration.fault.armed == Armed::kNo) {
+    permissions.why_not_armed = "faults are not armed: fault.armed = \"no\"";
+    return permissions;
+  }
+  for (const auto& bus : network.Buses()) {
+    if (bus->IsVirtual()) continue;
+    permissions.why_not_armed = "faults are not armed: " + bus->Name() +
+                                " may be physical; --set fault.armed=yes if it may be disturbed";
+    return permissions;
+  }
+  permissions.armed = true;
+  return permissions;
+}
+
+/// @param path  empty: where nobody has to be told; taken by another run, this one goes without
+std::unique_ptr<control::Server> OpenControl(const std::string& path, Emulator& emulator,
+                                             control::Permissions permissions) {
+  if (path == "none") return nullptr;
+  try {
+    auto server = std::make_unique<control::Server>(path.empty() ? control::DefaultSocket() : path, emulator,
+                                                    std::move(permissions));
+    spdlog::info("control socket: {}", server->Path().string());
+    return server;
+  } catch (const EnvironmentError& error) {
+    if (!path.empty()) throw;
+    spdlog::info("no control socket: {}", error.what());
+    return nullptr;
+  }
+}
+
 int RunOnBus(const Options& options, const Setup& setup, const std::optional<Snapshot>& from,
              const StopSignals& signals) {
   const Configuration& configuration = setup.configuration;
@@ -124,6 +161,7 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   if (from) emulator.Restore(*from);
   const std::string ready = ReadyLine(network, emulator.Final(), emulator_options);
   SnapshotWriter snapshots(options.snapshots, texts);
+  const auto control = OpenControl(options.control, emulator, PermissionsOf(configuration, network));
   std::string missing;
   for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
   if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);
@@ -132,7 +170,7 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   }
   std::cout << ready << std::flush;
 
-  Watch(emulator, network, emulator_options, options.statistics, snapshots).Run(signals);
+  Watch(emulator, network, emulator_options, options.statistics, snapshots, control.get()).Run(signals);
   emulator.Stop();
   snapshots.WriteAll(emulator);
   const std::uint64_t lost = options.clock == Clock::kLockstep ? network.Statistics().receive_overflows : 0;
@@ -151,7 +189,7 @@ int RunFast(const Options& options, const Setup& setup, const std::optional<Snap
   if (options.script.empty() || options.duration_s == 0.0)
     throw UsageError("run: --clock fast needs --script FILE and --duration S");
   TaskOptions task_options = TaskOptionsOf(options, setup.configuration.loop);
-  const std::vector<P1Change> script = ReadP1Script(options.script);
+  const std::vector<Influence> script = ReadP1Script(options.script);
   const RunTexts texts = DescribeConfiguration(setup.configuration);
   const auto recorder = options.recording.Open(texts, setup.contract, "fast", from, {});
   task_options.recorder = recorder.get();
@@ -230,6 +268,11 @@ void AddOptions(CLI::App& command, Options& options) {
   options.recording.AddTo(command);
   command.add_option("--stats", options.statistics, "statistics as JSON, anew each second and at the end")
       ->type_name("FILE");
+  command
+      .add_option("--control", options.control,
+                  "control socket, for `servohil fault` and `servohil status`; none: no such; default: "
+                  "/run/servohil/servohil.sock, or in $XDG_RUNTIME_DIR, or /tmp/servohil-UID.sock")
+      ->type_name("PATH|none");
   command
       .add_option("--from", options.from,
                   "goes on from a snapshot, with its configuration and DBC; --set changes single keys of it")

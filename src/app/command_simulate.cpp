@@ -6,6 +6,7 @@
 
 #include "commands.hpp"
 #include "formatted.hpp"
+#include "p1_script.hpp"
 #include "recording_options.hpp"
 #include "run_report.hpp"
 #include "scripted_run.hpp"
@@ -28,10 +29,10 @@ struct Options {
 };
 
 /// P1 over time: the steady state's, then each value from its tick on.
-std::vector<P1Change> P1Over(double rest_psi, const Options& options) {
-  std::vector<P1Change> changes = {{0, rest_psi + options.p1_step_psi.value_or(0.0)}};
+std::vector<Influence> P1Over(double rest_psi, const Options& options) {
+  std::vector<Influence> changes = {CommandAfter(0, rest_psi + options.p1_step_psi.value_or(0.0))};
   if (options.p1_file.empty()) return changes;
-  const std::vector<P1Change> script = ReadP1Script(options.p1_file);
+  const std::vector<Influence> script = ReadP1Script(options.p1_file);
   changes.insert(changes.end(), script.begin(), script.end());
   return changes;
 }
@@ -126,7 +127,7 @@ int Simulate(const Options& options) {
   const auto every = static_cast<std::uint64_t>(options.every_ticks);
   const auto write = [&] {
     const Sample& sample = task->Now().sample;
-    if (output && sample.tick % every == 0) output->Write(sample, task->OutputsAt(sample));
+    if (output && sample.tick % every == 0) output->Write(sample, task->Now().outputs);
   };
   write();
   RunScript(*task, P1Over(start.p1_psi, options), [&] {

@@ -18,10 +18,12 @@ inline constexpr int kExitNotValid = 1;     ///< the run was not valid, or the r
 inline constexpr int kExitUsage = 2;        ///< usage or configuration
 inline constexpr int kExitEnvironment = 3;  ///< the machine lacks something
 
+void AddFaultCommand(CLI::App& program, int& exit_status);
 void AddLinearCommand(CLI::App& program, int& exit_status);
 void AddReplayCommand(CLI::App& program, int& exit_status);
 void AddRunCommand(CLI::App& program, int& exit_status);
 void AddSimulateCommand(CLI::App& program, int& exit_status);
+void AddStatusCommand(CLI::App& program, int& exit_status);
 void AddSteadyCommand(CLI::App& program, int& exit_status);
 void AddThesisCommand(CLI::App& program, int& exit_status);
 

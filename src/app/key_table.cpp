@@ -180,6 +180,10 @@ constexpr std::array kKeys = std::to_array<Key>({
      "standard identifier of the frame that lets time pass; -1: the command frame",
      +[](C& c) -> int& { return c.lockstep.sync_id; }},
 
+    {"fault.armed", "", 0.0, 0.0,
+     "whether faults may be injected: \"yes\", \"no\", \"auto\": where no bus is physical",
+     +[](C& c) -> Armed& { return c.fault.armed; }},
+
     {"can.dbc", "", 0.0, 0.0, "DBC file: the contract with the governor",
      +[](C& c) -> std::string& { return c.can.dbc; }},
     {"can.buses", "", 0.0, 0.0, "bus URLs; \"auto\": the first of can.interfaces, else slcan:pty",

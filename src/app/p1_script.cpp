@@ -9,8 +9,8 @@
 
 namespace servohil::app {
 
-std::vector<P1Change> ReadP1Script(const std::filesystem::path& file) {
-  std::vector<P1Change> changes;
+std::vector<Influence> ReadP1Script(const std::filesystem::path& file) {
+  std::vector<Influence> changes;
   double last_s = -1.0;
   for (const CsvRow& row : ReadCsv(file, "t_s,p1_psi")) {
     if (!(row.values[0] > last_s) || row.values[0] < 0.0) {
@@ -20,9 +20,16 @@ std::vector<P1Change> ReadP1Script(const std::filesystem::path& file) {
     last_s = row.values[0];
     // A time meant for a tick may lie beside it by rounding of its decimals.
     const double ticks = std::ceil(row.values[0] / model::kTickS - 1e-6);
-    changes.push_back({static_cast<std::uint64_t>(ticks), row.values[1]});
+    changes.push_back(CommandAfter(static_cast<std::uint64_t>(ticks), row.values[1]));
   }
   return changes;
+}
+
+Influence CommandAfter(std::uint64_t ticks, double p1_psi) {
+  Influence influence{.tick = ticks + 1};
+  influence.request.kind = Request::Kind::kCommand;
+  influence.request.p1_psi = p1_psi;
+  return influence;
 }
 
 }  // namespace servohil::app

@@ -6,14 +6,14 @@
 #include <filesystem>
 #include <vector>
 
+#include "servohil/app/recording/recording.hpp"
+
 namespace servohil::app {
 
-struct P1Change {
-  std::uint64_t tick;  ///< holds for the tick that begins after so many
-  double p1_psi;
-};
+/// As commands. @throws UsageError "FILE:LINE: ..."
+std::vector<Influence> ReadP1Script(const std::filesystem::path& file);
 
-/// @throws UsageError "FILE:LINE: ..."
-std::vector<P1Change> ReadP1Script(const std::filesystem::path& file);
+/// P1 from the tick that begins after so many.
+Influence CommandAfter(std::uint64_t ticks, double p1_psi);
 
 }  // namespace servohil::app

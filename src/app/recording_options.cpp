@@ -41,9 +41,9 @@ std::string FinishRecording(Recorder* recorder, const std::filesystem::path& dir
                             const std::string& verdict) {
   if (recorder == nullptr) return {};
   const RecordingReport report = recorder->Finish({verdict, end.sample.state_hash});
-  return Formatted("recorded %llu samples, %llu commands, %llu frames in ",
+  return Formatted("recorded %llu samples, %llu influences, %llu frames in ",
                    static_cast<unsigned long long>(report.samples),
-                   static_cast<unsigned long long>(report.commands),
+                   static_cast<unsigned long long>(report.influences),
                    static_cast<unsigned long long>(report.frames)) +
          directory.string() + (report.complete ? "; complete\n" : "; INCOMPLETE: " + report.problem + "\n");
 }

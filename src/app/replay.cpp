@@ -5,7 +5,7 @@
 #include <type_traits>
 
 #include "formatted.hpp"
-#include "recording/sample_columns.hpp"
+#include "servohil/app/recording/sample_columns.hpp"
 
 namespace servohil::app {
 namespace {
@@ -68,8 +68,7 @@ void Comparison::Compare(Telemetry recorded, Telemetry replayed) {
           const auto was = place(recorded);
           const auto is = place(replayed);
           if (SameBits(was, is)) return;
-          if (!difference_)
-            difference_ = {replayed.sample.tick, columns[i].name, Shown(was), Shown(is)};
+          if (!difference_) difference_ = {replayed.sample.tick, columns[i].name, Shown(was), Shown(is)};
           if constexpr (std::is_same_v<decltype(was), const double>) {
             const double deviation = std::fabs(is - was);
             if (deviation > deviations_[i].largest) {
@@ -88,12 +87,6 @@ std::vector<Deviation> Comparison::LargestDeviations() const {
     if (deviation.largest > 0.0) found.push_back(deviation);
   }
   return found;
-}
-
-std::vector<P1Change> ScriptOf(const std::vector<RecordedCommand>& commands) {
-  std::vector<P1Change> script;
-  for (const RecordedCommand& command : commands) script.push_back({command.tick - 1, command.p1_psi});
-  return script;
 }
 
 }  // namespace servohil::app

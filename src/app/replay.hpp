@@ -1,12 +1,11 @@
 #pragma once
-/// A recorded run once more: its commands, at their ticks, through the same task.
+/// Compares a run that is repeated with its recording.
 
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "p1_script.hpp"
 #include "servohil/app/recording/reader.hpp"
 #include "servohil/app/simulation_task.hpp"
 
@@ -55,8 +54,5 @@ class Comparison {
   std::optional<Difference> difference_;
   std::vector<Deviation> deviations_;
 };
-
-/// The commands of a recording as a script.
-std::vector<P1Change> ScriptOf(const std::vector<RecordedCommand>& commands);
 
 }  // namespace servohil::app

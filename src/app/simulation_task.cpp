@@ -11,6 +11,7 @@ SimulationTask::SimulationTask(const model::Parameters& parameters, const model:
                                TaskOptions options)
     : simulation_(parameters, start), options_(std::move(options)) {
   now_.sample = simulation_.Now();
+  now_.outputs = simulation_.Outputs();
 }
 
 void SimulationTask::Restore(const Snapshot& snapshot) noexcept {
@@ -94,7 +95,11 @@ void SimulationTask::SetCommand(const Command& command) noexcept {
   command_tick_ = now_.sample.tick;
   now_.status.commanded = true;
   now_.status.command_arrival_ns = command.arrival_ns;
-  if (options_.recorder != nullptr) options_.recorder->RecordCommand(command_tick_ + 1, command.p1_psi);
+  if (options_.recorder == nullptr) return;
+  Influence influence{.tick = command_tick_ + 1};
+  influence.request.kind = Request::Kind::kCommand;
+  influence.request.p1_psi = command.p1_psi;
+  options_.recorder->RecordInfluence(influence);
 }
 
 void SimulationTask::Tick() noexcept {
@@ -171,7 +176,7 @@ void SimulationTask::Serve(const Request& request) noexcept {
   answers_.TryPush(answer);
   const bool is_influence = request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
                             request.kind == Request::Kind::kClearAll;
-  if (is_influence && options_.recorder != nullptr) options_.recorder->RecordRequest(next_tick, request);
+  if (is_influence && options_.recorder != nullptr) options_.recorder->RecordInfluence({next_tick, request});
 }
 
 }  // namespace servohil::app

@@ -21,6 +21,33 @@ std::string Checksum(const std::string& text) {
   return Formatted("%016llx", static_cast<unsigned long long>(Fnv1a(text)));
 }
 
+Json ToJson(const fault::Schedule& faults) {
+  Json list = Json::array();
+  for (const fault::Injection& i : faults) {
+    list.push_back({{"fault", i.id},
+                    {"values", i.values},
+                    {"start_tick", i.start_tick},
+                    {"ramp_ticks", i.ramp_ticks},
+                    {"for_ticks", i.for_ticks}});
+  }
+  return list;
+}
+
+fault::Schedule ScheduleFromJson(const Json& list) {
+  fault::Schedule faults;
+  for (const Json& one : list) {
+    fault::Injection i;
+    one.at("fault").get_to(i.id);
+    one.at("values").get_to(i.values);
+    one.at("start_tick").get_to(i.start_tick);
+    one.at("ramp_ticks").get_to(i.ramp_ticks);
+    one.at("for_ticks").get_to(i.for_ticks);
+    if (fault::Find(i.id) == nullptr || !faults.Inject(i))
+      throw Json::other_error::create(500, "fault", &one);
+  }
+  return faults;
+}
+
 Json ToJson(const Snapshot& snapshot) {
   const Sample& sample = snapshot.sample;
   const model::State& s = sample.state;
@@ -42,7 +69,8 @@ Json ToJson(const Snapshot& snapshot) {
           {"state_hash", sample.state_hash},
           {"commanded", snapshot.commanded},
           {"command_p1_psi", snapshot.command.p1_psi},
-          {"command_tick", snapshot.command_tick}};
+          {"command_tick", snapshot.command_tick},
+          {"faults", ToJson(snapshot.faults)}};
 }
 
 template <typename Enum>
@@ -75,6 +103,7 @@ Snapshot FromJson(const Json& json) {
   json.at("commanded").get_to(snapshot.commanded);
   json.at("command_p1_psi").get_to(snapshot.command.p1_psi);
   json.at("command_tick").get_to(snapshot.command_tick);
+  snapshot.faults = ScheduleFromJson(json.at("faults"));
   return snapshot;
 }
 

@@ -4,9 +4,9 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <array>
 #include <iostream>
 #include <utility>
+#include <vector>
 
 #include "run_report.hpp"
 #include "run_statistics.hpp"
@@ -17,37 +17,47 @@ namespace {
 
 constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr int kLookEveryMs = 100;
+constexpr int kAnswerMs = 1;  // while the simulation is to answer
 
 }  // namespace
 
 Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
-             std::filesystem::path statistics, const SnapshotWriter& snapshots)
+             std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control)
     : emulator_(emulator),
       network_(network),
       options_(options),
       statistics_(std::move(statistics)),
       snapshots_(snapshots),
+      control_(control),
       now_(emulator.Final()),
       terminal_(isatty(STDOUT_FILENO) != 0),
       last_ns_(rt::MonotonicNs()) {}
 
 void Watch::Run(const StopSignals& signals) {
   for (bool ended = false; !ended;) {
-    std::array<pollfd, 2> fds = {{{signals.Fd(), POLLIN, 0}, {emulator_.FinishedFd(), POLLIN, 0}}};
-    poll(fds.data(), fds.size(), kLookEveryMs);
-    ended = TakeSignals(signals) || fds[1].revents != 0;
-    snapshots_.WriteAll(emulator_);
+    ended = Wait(signals);
+    ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
+    if (control_ != nullptr) control_->Serve(now_);
+    snapshots_.WriteAll(emulator_);
     if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
   }
   if (terminal_) std::cout << '\n';
+}
+
+bool Watch::Wait(const StopSignals& signals) {
+  std::vector<pollfd> descriptors = {{signals.Fd(), POLLIN, 0}, {emulator_.FinishedFd(), POLLIN, 0}};
+  if (control_ != nullptr) control_->AddTo(descriptors);
+  const bool answer_comes = control_ != nullptr && control_->Waits();
+  poll(descriptors.data(), descriptors.size(), answer_comes ? kAnswerMs : kLookEveryMs);
+  return descriptors[1].revents != 0;
 }
 
 bool Watch::TakeSignals(const StopSignals& signals) {
   bool end = false;
   while (const int signal = signals.Next()) {
     if (signal == SIGUSR1) {
-      emulator_.RequestSnapshot();
+      emulator_.PutRequest({.kind = Request::Kind::kSnapshot});
     } else {
       end = true;
     }

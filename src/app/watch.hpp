@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "control/server.hpp"
 #include "servohil/app/emulator.hpp"
 #include "servohil/can/network.hpp"
 #include "snapshot_writer.hpp"
@@ -13,14 +14,17 @@ namespace servohil::app {
 
 class Watch {
  public:
-  /// @param statistics  file to write each second; empty: none. The others must outlive it.
+  /// @param statistics  file to write each second; empty: none
+  /// @param control  null: none. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
-        std::filesystem::path statistics, const SnapshotWriter& snapshots);
+        std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control);
 
   /// Until a stop signal or the end of the run.
   void Run(const StopSignals& signals);
 
  private:
+  /// Until something comes or it is time to look around. @return whether the run has ended
+  bool Wait(const StopSignals& signals);
   /// @return whether one asked for the end
   bool TakeSignals(const StopSignals& signals);
   void LogWhatWentWrong();
@@ -31,6 +35,7 @@ class Watch {
   const EmulatorOptions& options_;
   std::filesystem::path statistics_;
   const SnapshotWriter& snapshots_;
+  control::Server* control_;
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;

@@ -35,6 +35,10 @@ class SocketCan final : public Bus {
 
   const std::string& Name() const noexcept override { return name_; }
   std::string State() const override;
+  /// vcan and vxcan by their names: what slcand makes is called virtual by the kernel, and is not.
+  bool IsVirtual() const noexcept override {
+    return interface_.rfind("vcan", 0) == 0 || interface_.rfind("vxcan", 0) == 0;
+  }
   int PollFd() noexcept override { return removed_ ? -1 : socket_.Get(); }
   std::optional<Frame> Receive() noexcept override;
   SendResult Send(const Frame& frame) noexcept override;

@@ -128,6 +128,13 @@ void FlipBit(const fs::path& name, std::uint64_t place) {
   file.put(static_cast<char>(byte ^ 0x10));
 }
 
+Influence CommandAt(std::uint64_t tick, double p1_psi) {
+  Influence influence{.tick = tick};
+  influence.request.kind = Request::Kind::kCommand;
+  influence.request.p1_psi = p1_psi;
+  return influence;
+}
+
 constexpr RecorderOptions kWaiting{.producers_wait = true};
 const RecordingEnd kEnd{"VALID", 0x0123'4567'89AB'CDEFU};
 
@@ -140,13 +147,13 @@ TEST(Recording, IsReadBackBitForBit) {
     Recorder recorder(scratch / "run", Attributes(setup), setup.contract, kWaiting);
     RandomTelemetry random(kSeed);
     for (std::uint64_t tick = 1; tick <= kTicks; ++tick) {
-      if (tick % 100 == 0) recorder.RecordCommand(tick, static_cast<double>(tick) / 3.0);
+      if (tick % 100 == 0) recorder.RecordInfluence(CommandAt(tick, static_cast<double>(tick) / 3.0));
       recorder.RecordTick(random.At(tick));
     }
     const RecordingReport report = recorder.Finish(kEnd);
     EXPECT_TRUE(report.complete) << report.problem;
     EXPECT_EQ(report.samples, kTicks);
-    EXPECT_EQ(report.commands, kTicks / 100);
+    EXPECT_EQ(report.influences, kTicks / 100);
   }
 
   const RecordingReader reader(scratch / "run");
@@ -166,11 +173,13 @@ TEST(Recording, IsReadBackBitForBit) {
   }
   EXPECT_EQ(row, kTicks);
 
-  const std::vector<RecordedCommand> commands = reader.Commands();
+  const std::vector<Influence> commands = reader.Influences();
   ASSERT_EQ(commands.size(), kTicks / 100);
   for (std::size_t i = 0; i < commands.size(); ++i) {
     const std::uint64_t tick = (i + 1) * 100;
-    EXPECT_EQ(commands[i], (RecordedCommand{tick, static_cast<double>(tick) / 3.0}));
+    EXPECT_EQ(commands[i].tick, tick);
+    EXPECT_EQ(commands[i].request.kind, Request::Kind::kCommand);
+    EXPECT_EQ(commands[i].request.p1_psi, static_cast<double>(tick) / 3.0);
   }
 }
 
@@ -204,7 +213,7 @@ TEST(Recording, TakesEveryNthTickAndEveryCommand) {
   Recorder recorder(scratch / "run", attributes, setup.contract, kWaiting);
   RandomTelemetry random(2);
   for (std::uint64_t tick = 1; tick <= 1'000; ++tick) {
-    recorder.RecordCommand(tick, 30.0);
+    recorder.RecordInfluence(CommandAt(tick, 30.0));
     recorder.RecordTick(random.At(tick));
   }
   EXPECT_TRUE(recorder.Finish(kEnd).complete);
@@ -212,7 +221,7 @@ TEST(Recording, TakesEveryNthTickAndEveryCommand) {
   std::vector<Telemetry> samples(100);
   ASSERT_EQ(reader.ReadSamples(0, samples), 40U);
   for (std::size_t i = 0; i < 40; ++i) EXPECT_EQ(samples[i].sample.tick, 25 * (i + 1));
-  EXPECT_EQ(reader.Commands().size(), 1'000U);
+  EXPECT_EQ(reader.Influences().size(), 1'000U);
 }
 
 /// What a full ring loses: the file tells exactly which samples.
@@ -268,7 +277,7 @@ TEST(Recording, EndsBeforeTheDiskIsFull) {
   for (; tick < 50'000; ++tick) recorder.RecordTick(random.At(tick));
   free_bytes = options.reserve_bytes - 1;
   while (!recorder.Incomplete()) recorder.RecordTick(random.At(tick++));
-  recorder.RecordCommand(tick, 30.0);
+  recorder.RecordInfluence(CommandAt(tick, 30.0));
   recorder.RecordTick(random.At(tick++));
   free_bytes = options.reserve_bytes;  // that there is room again does not make it whole
   const RecordingReport report = recorder.Finish(kEnd);
@@ -277,7 +286,7 @@ TEST(Recording, EndsBeforeTheDiskIsFull) {
   EXPECT_GT(report.samples, 0U);
   EXPECT_GT(report.samples_lost, 0U);
   EXPECT_EQ(report.samples + report.samples_lost, tick);
-  EXPECT_EQ(report.commands_lost, 1U);
+  EXPECT_EQ(report.influences_lost, 1U);
 
   const RecordingReader reader(scratch / "run");  // closed cleanly, and says so
   EXPECT_TRUE(reader.End());
@@ -286,7 +295,7 @@ TEST(Recording, EndsBeforeTheDiskIsFull) {
   const std::vector<RecordingGap> gaps = reader.Gaps();
   ASSERT_EQ(gaps.size(), 2U);
   EXPECT_EQ(gaps[0], (RecordingGap{RecordedStream::kSamples, report.samples, report.samples_lost}));
-  EXPECT_EQ(gaps[1].stream, RecordedStream::kCommands);
+  EXPECT_EQ(gaps[1].stream, RecordedStream::kInfluences);
 }
 
 TEST(Recording, OfAFullDiskDoesNotBegin) {
@@ -368,7 +377,7 @@ TEST(Recording, HoldsWhatTheFramesCarry) {
   telemetry.sample.tick = 100;
   telemetry.sample.state.x3_in = 4.00007;
   telemetry.sample.state.v3_in_s = -1.5;
-  recorder.RecordSent(100, Published::kPosition, setup.contract.Encode(Published::kPosition, telemetry, {}));
+  recorder.RecordSent(100, Published::kPosition, setup.contract.Encode(Published::kPosition, telemetry));
   recorder.Finish(kEnd);
   EXPECT_EQ(ReadColumn(scratch / "run", "published/SERVO_Position/tick"), std::vector{100.0});
   EXPECT_EQ(ReadColumn(scratch / "run", "published/SERVO_Position/X3"), std::vector{25'000 * 0.0002 - 1.0});
@@ -416,7 +425,7 @@ TEST(Recording, OfAKilledProcessIsReadable) {
     Recorder recorder(scratch / "run", attributes, setup.contract, kWaiting);
     RandomTelemetry random(6);
     for (std::uint64_t tick = 1;; ++tick) {
-      recorder.RecordCommand(tick, 30.0);
+      recorder.RecordInfluence(CommandAt(tick, 30.0));
       recorder.RecordTick(random.At(tick));
     }
   }
@@ -439,7 +448,7 @@ TEST(Recording, OfAKilledProcessIsReadable) {
   ASSERT_EQ(reader.ReadSamples(0, samples), samples.size());
   RandomTelemetry random(6);
   for (std::uint64_t i = 0; i < samples.size(); ++i) ExpectEqual(samples[i], random.At(i + 1));
-  EXPECT_GE(reader.Commands().size(), samples.size()) << "a sample without the command that it used";
+  EXPECT_GE(reader.Influences().size(), samples.size()) << "a sample without the command that it used";
 }
 
 /// What RecordingReader says to this file.
@@ -448,7 +457,7 @@ std::string ErrorOf(const fs::path& path) {
     const RecordingReader reader(path);
     std::vector<Telemetry> samples(static_cast<std::size_t>(reader.SampleCount()));
     reader.ReadSamples(0, samples);
-    reader.Commands();
+    reader.Influences();
   } catch (const UsageError& error) {
     return error.what();
   }

@@ -191,16 +191,20 @@ TEST(SimulationTask, ARestoredRunGoesOnBitForBit) {
   EXPECT_FALSE(whole.TryPopSnapshot(snapshot));
 }
 
-TEST(SimulationTask, ASnapshotIsTakenAtTheNextTickWhenAskedFor) {
+TEST(SimulationTask, ASnapshotIsTakenBetweenTicksWhenAskedFor) {
   const testing::DefaultSetup setup;
   SimulationTask task(setup.configuration.model, setup.start, setup.Options());
   task.Run(7);
-  task.RequestSnapshot();
+  task.PutRequest({.number = 5, .kind = Request::Kind::kSnapshot});
   task.Run(5);
   Snapshot snapshot;
   ASSERT_TRUE(task.TryPopSnapshot(snapshot));
-  EXPECT_EQ(snapshot.sample.tick, 8U);
+  EXPECT_EQ(snapshot.sample.tick, 7U);
   EXPECT_FALSE(task.TryPopSnapshot(snapshot)) << "one request, one snapshot";
+  Answer answer;
+  ASSERT_TRUE(task.TryPopAnswer(answer));
+  EXPECT_EQ(answer.number, 5U);
+  EXPECT_EQ(answer.tick, 7U);
 }
 
 TEST(SimulationTask, CommandAgeAndModeFollowTheCommands) {

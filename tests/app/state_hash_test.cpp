@@ -56,7 +56,7 @@ TEST(StateHash, RemembersThePast) {
   Sample sample = other.Now();
   sample.state = one.Now().state;
   sample.p1_psi = one.Now().p1_psi;
-  other.Restore(sample);  // the same state by another way
+  other.Restore(sample, {});  // the same state by another way
   EXPECT_NE(one.Rest().state_hash, other.Rest().state_hash);
 }
 

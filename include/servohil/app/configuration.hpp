@@ -25,6 +25,13 @@ struct LoopSettings {
   int grace_ms = 0;  ///< at the start: late ticks are told, but do not make the run invalid
 };
 
+/// Whether faults may be injected.
+enum class Armed : std::uint8_t { kAuto, kYes, kNo };
+
+struct FaultSettings {
+  Armed armed = Armed::kAuto;  ///< kAuto: where no bus is physical
+};
+
 struct LockstepSettings {
   int ticks = 100;   ///< of 0.1 ms per frame that lets time pass
   int sync_id = -1;  ///< standard identifier of that frame; -1: the command frame
@@ -53,6 +60,7 @@ struct Configuration {
   double start_x3_in = 4.0;
   LoopSettings loop;
   LockstepSettings lockstep;
+  FaultSettings fault;
   CanSettings can;
   PublishSettings publish;
 };
@@ -62,7 +70,7 @@ using Place = std::variant<double& (*)(Configuration&), int& (*)(Configuration&)
                            std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
                            model::Physics& (*)(Configuration&), model::OilName& (*)(Configuration&),
                            model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&),
-                           Overrun& (*)(Configuration&)>;
+                           Overrun& (*)(Configuration&), Armed& (*)(Configuration&)>;
 
 struct Key {
   const char* name;  ///< "servo.underlap_in"
@@ -93,6 +101,10 @@ inline std::span<const char* const> NamesOf(model::LoadBeyond) {
   return kNames;
 }
 
+inline std::span<const char* const> NamesOf(Armed) {
+  static constexpr const char* kNames[] = {"auto", "yes", "no"};
+  return kNames;
+}
 inline std::span<const char* const> NamesOf(Overrun) {
   static constexpr const char* kNames[] = {"catch_up", "freeze", "stop"};
   return kNames;

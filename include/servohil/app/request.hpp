@@ -9,7 +9,7 @@ namespace servohil::app {
 
 /// What somebody asks of a running simulation. Checked already: names, ranges, what the model supports.
 struct Request {
-  enum class Kind : std::uint8_t { kInject, kClear, kClearAll, kCommand, kSnapshot };
+  enum class Kind : std::uint8_t { kInject = 0, kClear = 1, kClearAll = 2, kCommand = 3, kSnapshot = 4 };
 
   std::uint64_t number = 0;  ///< whoever asks gets it back
   Kind kind = Kind::kInject;

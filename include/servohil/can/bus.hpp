@@ -68,6 +68,9 @@ class Bus {
   /// A virtual segment: frames from one of these are passed on to the others, as on one cable.
   virtual bool IsVirtualSegment() const noexcept { return false; }
 
+  /// Nothing but programs on this machine can be on it.
+  virtual bool IsVirtual() const noexcept { return IsVirtualSegment(); }
+
   /// Descriptor to poll for input; -1 while there is nothing to poll (no client, device gone). Receive() then
   /// still may be called, every few milliseconds, and finds a client that has come.
   virtual int PollFd() noexcept = 0;

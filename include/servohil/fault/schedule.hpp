@@ -10,12 +10,8 @@
 
 namespace servohil::fault {
 
-/// One fault with its time line, in ticks of 0.1 ms:
-///
-///   share  1 |      ____________
-///            |    /              \
-///          0 |___/                \____
-///               start  ramp    end   end + ramp
+/// One fault with its time line, in ticks of 0.1 ms: its share rises from 0 to 1 in `ramp_ticks` from
+/// `start_tick` on, and falls again in as many once it has lasted for `for_ticks`.
 struct Injection {
   std::uint8_t id = 0;
   Values values{};
@@ -47,9 +43,9 @@ class Schedule {
   model::Parameters Faulted(const model::Parameters& unfaulted, std::uint64_t tick) const noexcept;
 
   /// Those that act or wait for their start.
-  const Injection* begin() const noexcept { return injections_.data(); }          // NOLINT: as in std
-  const Injection* end() const noexcept { return injections_.data() + count_; }   // NOLINT: as in std
-  std::size_t size() const noexcept { return count_; }                            // NOLINT: as in std
+  const Injection* begin() const noexcept { return injections_.data(); }         // NOLINT: as in std
+  const Injection* end() const noexcept { return injections_.data() + count_; }  // NOLINT: as in std
+  std::size_t size() const noexcept { return count_; }                           // NOLINT: as in std
   /// How many act during `tick`. Real-time safe.
   std::size_t CountActive(std::uint64_t tick) const noexcept;
 

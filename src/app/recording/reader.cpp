@@ -229,16 +229,31 @@ std::size_t RecordingReader::ReadSamples(std::uint64_t first, std::span<Telemetr
   return count;
 }
 
-std::vector<RecordedCommand> RecordingReader::Commands() const {
-  const Column tick = contents_->Open("commands/tick");
-  const Column p1 = contents_->Open("commands/p1_psi");
-  const std::uint64_t rows = std::min(tick.Rows(), p1.Rows());
-  const auto ticks = ReadAll<std::uint64_t>(tick, rows);
-  const auto p1_psi = ReadAll<double>(p1, rows);
-  std::vector<RecordedCommand> commands;
-  commands.reserve(ticks.size());
-  for (std::size_t i = 0; i < ticks.size(); ++i) commands.push_back({ticks[i], p1_psi[i]});
-  return commands;
+std::vector<Influence> RecordingReader::Influences() const {
+  std::vector<Influence> influences;
+  const std::string group = "influences/";
+  // What all its columns have: a killed recording's may differ by the last rows.
+  std::uint64_t rows = contents_->Open((group + "for_ticks").c_str()).Rows();
+  const auto fill = [&]<typename T>(const std::string& name, T, auto&& put) {
+    const Column column = contents_->Open((group + name).c_str());
+    rows = std::min(rows, column.Rows());
+    influences.resize(static_cast<std::size_t>(rows));
+    const std::vector<T> values = ReadAll<T>(column, rows);
+    for (std::size_t i = 0; i < values.size(); ++i) put(influences[i], values[i]);
+  };
+  using U64 = std::uint64_t;
+  using U8 = std::uint8_t;
+  fill("tick", U64{}, [](Influence& i, U64 v) { i.tick = v; });
+  fill("kind", U8{}, [](Influence& i, U8 v) { i.request.kind = static_cast<Request::Kind>(v); });
+  fill("p1_psi", double{}, [](Influence& i, double v) { i.request.p1_psi = v; });
+  fill("fault", U8{}, [](Influence& i, U8 v) { i.request.injection.id = v; });
+  for (std::size_t n = 0; n < fault::kMostParameters; ++n)
+    fill("value_" + std::to_string(n), double{},
+         [n](Influence& i, double v) { i.request.injection.values[n] = v; });
+  fill("start_tick", U64{}, [](Influence& i, U64 v) { i.request.injection.start_tick = v; });
+  fill("ramp_ticks", U64{}, [](Influence& i, U64 v) { i.request.injection.ramp_ticks = v; });
+  fill("for_ticks", U64{}, [](Influence& i, U64 v) { i.request.injection.for_ticks = v; });
+  return influences;
 }
 
 std::vector<RecordingGap> RecordingReader::Gaps() const {

@@ -113,7 +113,7 @@ class Recorder::Writer {
     newest_tick_.store(tick, std::memory_order_relaxed);
     if (tick % every_ticks_ == 0) Push(samples_, tick, telemetry);
   }
-  void RecordCommand(const RecordedCommand& command) noexcept { Push(commands_, command.tick, command); }
+  void RecordInfluence(const Influence& influence) noexcept { Push(influences_, influence.tick, influence); }
   void RecordReceived(const can::Frame& frame, std::size_t bus) noexcept {
     const std::int64_t time_ns = frame.receive_time_ns != 0 ? frame.receive_time_ns : RealTimeNs();
     const std::uint64_t tick = newest_tick_.load(std::memory_order_relaxed);
@@ -124,7 +124,7 @@ class Recorder::Writer {
   }
 
   bool Incomplete() const noexcept {
-    return failed_.load(std::memory_order_relaxed) || samples_.Lost() != 0 || commands_.Lost() != 0 ||
+    return failed_.load(std::memory_order_relaxed) || samples_.Lost() != 0 || influences_.Lost() != 0 ||
            received_.Lost() != 0 || sent_.Lost() != 0;
   }
 
@@ -160,7 +160,7 @@ class Recorder::Writer {
   const std::uint64_t every_ticks_;
 
   LossyRing<Telemetry, kSampleRing> samples_;
-  LossyRing<RecordedCommand, kSampleRing> commands_;
+  LossyRing<Influence, kSampleRing> influences_;
   LossyRing<LoggedFrame, kFrameRing> received_;
   LossyRing<LoggedFrame, kFrameRing> sent_;
   std::atomic<std::uint64_t> newest_tick_{0};
@@ -170,7 +170,7 @@ class Recorder::Writer {
   RecordingFile file_;
   bool broken_ = false;  ///< failed, and the file takes no end either
   std::vector<Telemetry> round_samples_;
-  std::vector<RecordedCommand> round_commands_;
+  std::vector<Influence> round_influences_;
   std::vector<LoggedFrame> round_received_;
   std::vector<LoggedFrame> round_sent_;
   std::vector<LoggedFrame> to_log_;  ///< in the merge window
@@ -221,15 +221,15 @@ bool Recorder::Writer::Round() noexcept {
 
 bool Recorder::Writer::TakeRound() {
   round_samples_.clear();
-  round_commands_.clear();
+  round_influences_.clear();
   round_received_.clear();
   round_sent_.clear();
-  // Samples before commands: the commands that these samples used are then among those taken after them.
+  // Samples before influences: those that these samples used are then among those taken after them.
   bool more = TakeSome(samples_, RecordedStream::kSamples, kSamplesPerRound,
                        [this](const Telemetry& sample) { round_samples_.push_back(sample); });
   constexpr int kAll = std::numeric_limits<int>::max();
-  TakeSome(commands_, RecordedStream::kCommands, kAll,
-           [this](const RecordedCommand& command) { round_commands_.push_back(command); });
+  TakeSome(influences_, RecordedStream::kInfluences, kAll,
+           [this](const Influence& influence) { round_influences_.push_back(influence); });
   more |= TakeSome(received_, RecordedStream::kReceivedFrames, kFramesPerRound,
                    [this](const LoggedFrame& frame) { round_received_.push_back(frame); });
   more |= TakeSome(sent_, RecordedStream::kSentFrames, kFramesPerRound,
@@ -252,7 +252,7 @@ bool Recorder::Writer::TakeSome(Ring& ring, RecordedStream stream, int most, con
 
 void Recorder::Writer::WriteRound() {
   const std::int64_t now_ns = rt::MonotonicNs();
-  for (const RecordedCommand& command : round_commands_) file_.Add(command, now_ns);
+  for (const Influence& influence : round_influences_) file_.Add(influence, now_ns);
   for (const Telemetry& sample : round_samples_) file_.Add(sample, now_ns);
   for (const LoggedFrame& frame : round_sent_)
     file_.AddPublished(frame.tick, frame.which, frame.frame, now_ns);
@@ -288,7 +288,7 @@ void Recorder::Writer::LoseRound() noexcept {
     if (gap.lost++ == 0) gap = {stream, tick, 1};
   };
   for (const Telemetry& sample : round_samples_) lose(RecordedStream::kSamples, sample.sample.tick);
-  for (const RecordedCommand& command : round_commands_) lose(RecordedStream::kCommands, command.tick);
+  for (const Influence& influence : round_influences_) lose(RecordedStream::kInfluences, influence.tick);
   for (const LoggedFrame& frame : round_received_) lose(RecordedStream::kReceivedFrames, frame.tick);
   for (const LoggedFrame& frame : round_sent_) lose(RecordedStream::kSentFrames, frame.tick);
 }
@@ -305,7 +305,7 @@ void Recorder::Writer::WriteRest() {
     if (const auto loss = ring.LostAtEnd(); loss.lost != 0) Lose(stream, loss.first_tick, loss.lost);
   };
   lose_rest(samples_, RecordedStream::kSamples);
-  lose_rest(commands_, RecordedStream::kCommands);
+  lose_rest(influences_, RecordedStream::kInfluences);
   lose_rest(received_, RecordedStream::kReceivedFrames);
   lose_rest(sent_, RecordedStream::kSentFrames);
   if (broken_) return;
@@ -319,19 +319,19 @@ void Recorder::Writer::WriteRest() {
 void Recorder::Writer::Account() {
   RecordingReport& report = *report_;
   report.samples = file_.Samples();
-  report.commands = file_.Commands();
+  report.influences = file_.Influences();
   report.frames = file_.Frames();
   report.samples_lost = offered_[Index(RecordedStream::kSamples)] - report.samples;
-  report.commands_lost = offered_[Index(RecordedStream::kCommands)] - report.commands;
+  report.influences_lost = offered_[Index(RecordedStream::kInfluences)] - report.influences;
   report.frames_lost = offered_[Index(RecordedStream::kReceivedFrames)] +
                        offered_[Index(RecordedStream::kSentFrames)] - report.frames;
-  report.complete = !failed_ && report.samples_lost + report.commands_lost + report.frames_lost == 0;
+  report.complete = !failed_ && report.samples_lost + report.influences_lost + report.frames_lost == 0;
   report.writer_cpu_s = cpu_s_;
   if (report.complete) return;
   report.problem = (failed_ ? problem_ : directory_.string() + ": the disk was too slow") +
-                   Formatted("; lost: %llu samples, %llu commands, %llu frames",
+                   Formatted("; lost: %llu samples, %llu influences, %llu frames",
                              static_cast<unsigned long long>(report.samples_lost),
-                             static_cast<unsigned long long>(report.commands_lost),
+                             static_cast<unsigned long long>(report.influences_lost),
                              static_cast<unsigned long long>(report.frames_lost));
 }
 
@@ -377,8 +377,8 @@ void Recorder::RecordTick(const Telemetry& telemetry) noexcept {
   writer_->RecordTick(telemetry);
 }
 
-void Recorder::RecordCommand(std::uint64_t tick, double p1_psi) noexcept {
-  writer_->RecordCommand({tick, p1_psi});
+void Recorder::RecordInfluence(const Influence& influence) noexcept {
+  writer_->RecordInfluence(influence);
 }
 
 void Recorder::RecordReceived(const can::Frame& frame, std::size_t bus) noexcept {

@@ -27,7 +27,7 @@ constexpr std::int64_t kFlushEveryNs = 200 * kNsPerMs;
 /// and is packed once.
 constexpr std::uint64_t kTicksPerChunk = 4'096;
 constexpr std::uint64_t kSmallestChunkRows = 16;
-constexpr std::size_t kCommandsPerChunk = 64;
+constexpr std::size_t kInfluencesPerChunk = 64;
 
 std::size_t ChunkRows(std::uint64_t ticks_per_row) {
   return static_cast<std::size_t>(std::max(kSmallestChunkRows, kTicksPerChunk / ticks_per_row));
@@ -104,6 +104,21 @@ std::vector<TableColumn> PublishedColumns(const can::Message& message) {
   return columns;
 }
 
+std::vector<TableColumn> InfluenceColumns() {
+  using Type = TableColumn::Type;
+  std::vector<TableColumn> columns{
+      TickColumn("the first that feels it"),
+      {"kind", "", "0 fault injected, 1 fault cleared, 2 all faults cleared, 3 command", Type::kByte},
+      {"p1_psi", "psi", "command: control pressure demanded"},
+      {"fault", "", "its number in the catalogue; `servohil fault list` has them", Type::kByte}};
+  for (std::size_t i = 0; i < fault::kMostParameters; ++i)
+    columns.push_back({"value_" + std::to_string(i), "", "parameter of the fault, in the catalogue's order"});
+  columns.push_back({"start_tick", "0.1 ms", "fault: from then on", Type::kUnsigned64});
+  columns.push_back({"ramp_ticks", "0.1 ms", "fault: in, and out again", Type::kUnsigned64});
+  columns.push_back({"for_ticks", "0.1 ms", "fault: 0: until cleared", Type::kUnsigned64});
+  return columns;
+}
+
 }  // namespace
 
 RecordingFile::RecordingFile(const std::filesystem::path& directory, const RecordingAttributes& attributes,
@@ -117,11 +132,9 @@ RecordingFile::RecordingFile(const std::filesystem::path& directory, const Recor
 
 void RecordingFile::CreateTables(const Contract& contract, std::uint64_t every_ticks) {
   samples_.emplace(*file_, "samples", SampleTableColumns(), ChunkRows(every_ticks), name_);
-  const std::vector<TableColumn> command{TickColumn("the first that used the command"),
-                                         {"p1_psi", "psi", "control pressure demanded"}};
-  commands_.emplace(*file_, "commands", command, kCommandsPerChunk, name_);
+  influences_.emplace(*file_, "influences", InfluenceColumns(), kInfluencesPerChunk, name_);
   const std::vector<TableColumn> gap{
-      {"stream", "", "0 samples, 1 commands, 2 received frames, 3 sent frames", TableColumn::Type::kByte},
+      {"stream", "", "0 samples, 1 influences, 2 received frames, 3 sent frames", TableColumn::Type::kByte},
       TickColumn("of the first one lost; of received frames about"),
       {"lost", "", "how many", TableColumn::Type::kUnsigned64}};
   gaps_.emplace(*file_, "gaps", gap, kSmallestChunkRows, name_);
@@ -151,16 +164,25 @@ void RecordingFile::Add(const Telemetry& telemetry, std::int64_t now_ns) {
 }
 
 void RecordingFile::WriteSamples() {
-  commands_->Write();
-  commands_->Flush();
+  influences_->Write();
+  influences_->Flush();
   samples_->Write();
   flush_due_ = true;
 }
 
-void RecordingFile::Add(const RecordedCommand& command, std::int64_t now_ns) {
-  commands_->Put(0, command.tick);
-  commands_->Put(1, command.p1_psi);
-  EndRow(*commands_, now_ns);
+void RecordingFile::Add(const Influence& influence, std::int64_t now_ns) {
+  const Request& request = influence.request;
+  const fault::Injection& injection = request.injection;
+  std::size_t column = 0;
+  influences_->Put(column++, influence.tick);
+  influences_->Put(column++, static_cast<std::uint8_t>(request.kind));
+  influences_->Put(column++, request.p1_psi);
+  influences_->Put(column++, injection.id);
+  for (const double value : injection.values) influences_->Put(column++, value);
+  influences_->Put(column++, injection.start_tick);
+  influences_->Put(column++, injection.ramp_ticks);
+  influences_->Put(column++, injection.for_ticks);
+  EndRow(*influences_, now_ns);
 }
 
 void RecordingFile::Add(const RecordingGap& gap, std::int64_t now_ns) {
@@ -218,7 +240,7 @@ void RecordingFile::Write(std::int64_t now_ns, bool all) {
 }
 
 std::vector<TableWriter*> RecordingFile::OtherTables() {
-  std::vector<TableWriter*> tables{&*commands_, &*gaps_};
+  std::vector<TableWriter*> tables{&*influences_, &*gaps_};
   for (auto& published : published_) {
     if (published) tables.push_back(&published->table);
   }
@@ -234,7 +256,7 @@ void RecordingFile::Abandon() noexcept {
 void RecordingFile::Close(const std::optional<RecordingEnd>& end, const RecordingReport& report) {
   for (auto& published : published_) published.reset();
   samples_.reset();
-  commands_.reset();
+  influences_.reset();
   gaps_.reset();
   log_.reset();
   if (!file_.Close()) throw EnvironmentError(name_ + ": cannot be closed: " + hdf5::LastError());
@@ -246,7 +268,7 @@ void RecordingFile::Close(const std::optional<RecordingEnd>& end, const Recordin
   }
   hdf5::WriteAttribute(*file, attribute::kEndTime, UtcNow(), name_);
   hdf5::WriteAttribute(*file, attribute::kSamplesLost, report.samples_lost, name_);
-  hdf5::WriteAttribute(*file, attribute::kCommandsLost, report.commands_lost, name_);
+  hdf5::WriteAttribute(*file, attribute::kInfluencesLost, report.influences_lost, name_);
   hdf5::WriteAttribute(*file, attribute::kFramesLost, report.frames_lost, name_);
   hdf5::WriteAttribute(*file, attribute::kProblem, report.problem, name_);
   hdf5::WriteAttribute(*file, attribute::kComplete, std::uint64_t{report.complete ? 1U : 0U}, name_);

@@ -26,9 +26,9 @@ class RecordingFile {
   RecordingFile(const std::filesystem::path& directory, const RecordingAttributes& attributes,
                 const Contract& contract);
 
-  /// @pre every command up to the sample's tick has been added: no file holds a sample without its commands
+  /// @pre every influence up to the sample's tick has been added: no file holds a sample without them
   void Add(const Telemetry& telemetry, std::int64_t now_ns);
-  void Add(const RecordedCommand& command, std::int64_t now_ns);
+  void Add(const Influence& influence, std::int64_t now_ns);
   void Add(const RecordingGap& gap, std::int64_t now_ns);
   void AddPublished(std::uint64_t tick, Published which, const can::Frame& frame, std::int64_t now_ns);
   /// @param bus  of all of them, when nothing
@@ -38,7 +38,7 @@ class RecordingFile {
   void Write(std::int64_t now_ns, bool all);
 
   std::uint64_t Samples() const noexcept { return samples_->Rows(); }
-  std::uint64_t Commands() const noexcept { return commands_->Rows(); }
+  std::uint64_t Influences() const noexcept { return influences_->Rows(); }
   std::uint64_t Frames() const noexcept { return frames_; }
 
   /// Closes both, and opens servohil.h5 once more for the attributes of the end: single-writer mode takes no
@@ -59,7 +59,7 @@ class RecordingFile {
   hdf5::Id file_;
   std::optional<BusLog> log_;
   std::optional<TableWriter> samples_;
-  std::optional<TableWriter> commands_;
+  std::optional<TableWriter> influences_;
   std::optional<TableWriter> gaps_;
   struct PublishedTable {
     can::Message message;

@@ -13,6 +13,9 @@
 
 namespace servohil::app {
 
+/// How a column's chunks are stored. All have a checksum (Fletcher-32).
+enum class Packing : std::uint8_t { kDeflated, kAsIs };
+
 struct TableColumn {
   enum class Type : std::uint8_t { kDouble, kUnsigned64, kSigned64, kSigned32, kByte };
 

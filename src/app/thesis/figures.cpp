@@ -46,7 +46,7 @@ Response Linear(const Case& c) {
 }
 
 Response Nonlinear(const Case& c, double end_s) {
-  Simulation simulation(c.derived, c.rest);
+  Simulation simulation(c.model, c.rest);
   Response r;
   for (int i = 0; i <= Samples(end_s); ++i) {
     if (i > 0) simulation.Tick(c.rest.p1_psi + kStepPsi);

@@ -25,7 +25,7 @@ struct Verdicts {
 Verdicts Simulate(const Case& c) {
   constexpr int kTicks = 10'000;
   std::vector<double> v3_in_s = {0.0};
-  Simulation simulation(c.derived, c.rest);
+  Simulation simulation(c.model, c.rest);
   for (int i = 0; i < kTicks; ++i) v3_in_s.push_back(simulation.Tick(c.rest.p1_psi + kStepPsi).state.v3_in_s);
   const auto swing = [&](double from_s, double to_s) {
     const auto at = [&](double t_s) { return v3_in_s.begin() + std::lround(t_s / model::kTickS); };

@@ -36,7 +36,7 @@ class RecordingReader {
   /// Fills `samples` from row `first` on. @return how many; 0 at the end. `due` is not recorded.
   std::size_t ReadSamples(std::uint64_t first, std::span<Telemetry> samples) const;
 
-  std::vector<RecordedCommand> Commands() const;
+  std::vector<Influence> Influences() const;
   std::vector<RecordingGap> Gaps() const;
 
  private:

@@ -2,7 +2,7 @@
 /// Records a run: DIR/servohil.h5 (HDF5, readable while it grows and after a kill) and DIR/bus.log (candump).
 /// README.md, "Recording", has the layout.
 ///
-///   [sim] ─ samples, commands ▶ rings ┐
+///   [sim] ─ samples, influences ▶ rings ┐
 ///   [can_rx] ─ frames ▶ ring ─────────┼▶ [recorder] ─▶ disk
 ///   [can_tx] ─ frames ▶ ring ─────────┘
 ///
@@ -35,13 +35,13 @@ struct RecorderOptions {
 
 /// What became of a recording.
 struct RecordingReport {
-  bool complete = true;        ///< nothing was lost
-  std::string problem;         ///< one line; empty when complete
-  std::uint64_t samples = 0;   ///< on file
-  std::uint64_t commands = 0;  ///< on file
-  std::uint64_t frames = 0;    ///< in bus.log; a frame sent on several buses counts once
+  bool complete = true;          ///< nothing was lost
+  std::string problem;           ///< one line; empty when complete
+  std::uint64_t samples = 0;     ///< on file
+  std::uint64_t influences = 0;  ///< on file: commands and faults
+  std::uint64_t frames = 0;      ///< in bus.log; a frame sent on several buses counts once
   std::uint64_t samples_lost = 0;
-  std::uint64_t commands_lost = 0;
+  std::uint64_t influences_lost = 0;
   std::uint64_t frames_lost = 0;
   double writer_cpu_s = 0.0;  ///< CPU time of the writer thread
 };
@@ -62,7 +62,7 @@ class Recorder {
   /// Takes it when its tick is a multiple of every_ticks.
   void RecordTick(const Telemetry& telemetry) noexcept;
   /// An influence from outside with the first tick that uses it; before RecordTick() of that tick.
-  void RecordCommand(std::uint64_t tick, double p1_psi) noexcept;
+  void RecordInfluence(const Influence& influence) noexcept;
 
   /// Receiver thread. Wait-free, real-time safe. @param bus  index into RecordingAttributes::buses
   void RecordReceived(const can::Frame& frame, std::size_t bus) noexcept;

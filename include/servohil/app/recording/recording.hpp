@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "servohil/app/request.hpp"
 #include "servohil/app/run_texts.hpp"
 
 namespace servohil::app {
@@ -12,7 +13,7 @@ namespace servohil::app {
 inline constexpr const char* kRecordingFile = "servohil.h5";
 inline constexpr const char* kBusLogFile = "bus.log";
 
-/// Everything a run depends on, besides the commands, and where it ran.
+/// Everything a run depends on, besides what came from outside, and where it ran.
 struct RecordingAttributes : RunTexts {
   std::string start_snapshot;  ///< SnapshotText() of where the run began; empty: at rest at start.x3_in
   std::string program_version;
@@ -24,17 +25,16 @@ struct RecordingAttributes : RunTexts {
   std::string configuration_fnv1a_64;  ///< set by the recorder: ConfigurationHash(), 16 hexadecimal digits
 };
 
-/// A command with the first tick that used it.
-struct RecordedCommand {
+/// Something from outside, with the first tick that feels it.
+struct Influence {
   std::uint64_t tick = 0;
-  double p1_psi = 0.0;
-  friend bool operator==(const RecordedCommand&, const RecordedCommand&) = default;
+  Request request{};  ///< kCommand, kInject, kClear or kClearAll; its number is not recorded
 };
 
 /// What a gap is a gap in.
 enum class RecordedStream : std::uint8_t {
   kSamples = 0,
-  kCommands = 1,
+  kInfluences = 1,
   kReceivedFrames = 2,
   kSentFrames = 3
 };

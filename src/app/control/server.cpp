@@ -1,0 +1,216 @@
+#include "server.hpp"
+
+#include <grp.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+
+#include "servohil/error.hpp"
+#include "socket_address.hpp"
+
+namespace servohil::app::control {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kMostClients = 16;
+constexpr std::size_t kLongestLine = 4'096;
+constexpr std::size_t kMostOutput = std::size_t{256} * 1'024;
+constexpr int kMostReadsAtOnce = 4;
+
+std::string Reason() {
+  return std::generic_category().message(errno);
+}
+
+bool SomebodyListens(const sockaddr_un& address) {
+  const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const bool listens = connect(fd, AsGeneric(address), sizeof address) == 0;
+  close(fd);
+  return listens;
+}
+
+/// Bound with mode 0660 from the first moment on.
+void Bind(int fd, const std::filesystem::path& path) {
+  const sockaddr_un address = AddressOf(path);
+  if (SomebodyListens(address)) {
+    throw EnvironmentError(
+        path.string() + ": another servohil has this control socket; --control PATH gives this one its own");
+  }
+  std::error_code error;
+  if (std::filesystem::is_socket(path, error)) std::filesystem::remove(path, error);
+  const mode_t before = umask(0117);
+  const bool bound = bind(fd, AsGeneric(address), sizeof address) == 0;
+  umask(before);
+  if (!bound || listen(fd, kMostClients) != 0)
+    throw EnvironmentError(path.string() + ": no control socket can be made here: " + Reason());
+  if (const group* servohil = getgrnam("servohil")) {
+    // Without the right to it the socket stays the user's own.
+    static_cast<void>(chown(path.c_str(), static_cast<uid_t>(-1), servohil->gr_gid) == 0);
+  }
+}
+
+}  // namespace
+
+Server::Server(std::filesystem::path path, Emulator& emulator, Permissions permissions)
+    : path_(std::move(path)),
+      emulator_(emulator),
+      permissions_(std::move(permissions)),
+      fd_(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+  try {
+    Bind(fd_, path_);
+  } catch (...) {
+    close(fd_);
+    throw;
+  }
+}
+
+Server::~Server() {
+  for (const Client& client : clients_) close(client.fd);
+  close(fd_);
+  std::error_code error;
+  std::filesystem::remove(path_, error);
+}
+
+void Server::AddTo(std::vector<pollfd>& descriptors) const {
+  constexpr short kInput = POLLIN;
+  constexpr short kBoth = POLLIN | POLLOUT;
+  descriptors.push_back({fd_, kInput, 0});
+  for (const Client& client : clients_)
+    descriptors.push_back({client.fd, client.output.empty() ? kInput : kBoth, 0});
+}
+
+void Server::Serve(const Telemetry& now) {
+  now_ = now;
+  TakeAnswers();
+  Accept();
+  for (Client& client : clients_) Read(client);
+  TakeAnswers();
+  for (Client& client : clients_) Write(client);
+  clients_.remove_if([](const Client& client) {
+    const bool gone = client.ended && client.output.empty();
+    if (gone) close(client.fd);
+    return gone;
+  });
+}
+
+void Server::Accept() {
+  for (;;) {
+    const int fd = accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (fd < 0) return;
+    if (clients_.size() == kMostClients) {
+      close(fd);
+      continue;
+    }
+    Client client;
+    client.fd = fd;
+    client.number = next_client_++;
+    clients_.push_back(std::move(client));
+  }
+}
+
+void Server::Read(Client& client) {
+  std::array<char, kLongestLine> bytes{};
+  for (int i = 0; i < kMostReadsAtOnce && !client.ended; ++i) {
+    const ssize_t size = recv(client.fd, bytes.data(), bytes.size(), 0);
+    if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
+    client.ended = size <= 0;
+    if (size > 0) client.input.append(bytes.data(), static_cast<std::size_t>(size));
+    for (std::size_t end = 0; !client.ended && (end = client.input.find('\n')) != std::string::npos;) {
+      const std::string line = client.input.substr(0, end);
+      client.input.erase(0, end + 1);
+      if (!line.empty()) TakeLine(client, line);
+    }
+    if (client.input.size() > kLongestLine) {
+      Reply(client, "null", Rejected("a request is one line of at most 4096 bytes"));
+      client.ended = true;
+    }
+  }
+}
+
+void Server::TakeLine(Client& client, const std::string& line) {
+  const Json request = Json::parse(line, nullptr, false);
+  std::string id = "null";
+  if (request.is_object() && request.contains("id"))
+    id = request["id"].dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (request.is_discarded()) {
+    Reply(client, id, Rejected("this line is not JSON"));
+    return;
+  }
+  Understood understood = Understand(request, permissions_);
+  if (const Json* answer = std::get_if<Json>(&understood)) {
+    Reply(client, id, *answer);
+  } else if (const Question* question = std::get_if<Question>(&understood)) {
+    emulator_.TakeFaults(faults_);
+    Reply(client, id,
+          *question == Question::kStatus   ? StatusToJson(now_)
+          : *question == Question::kFaults ? FaultsToJson(faults_, now_.sample.tick)
+                                           : CatalogueToJson(*permissions_.unfaulted));
+  } else {
+    Request asked = std::get<Request>(understood);
+    asked.number = next_request_++;
+    if (emulator_.PutRequest(asked)) {
+      asked_.push_back({asked.number, client.number, id});
+    } else {
+      Reply(client, id, Rejected("too many requests wait already"));
+    }
+  }
+}
+
+void Server::TakeAnswers() {
+  Answer answer;
+  while (emulator_.TryPopAnswer(answer)) {
+    if (answer.number == 0) continue;  // asked by this program itself
+    // They come in the order of the requests; one whose client has gone is not waited for.
+    while (!asked_.empty() && asked_.front().request != answer.number) asked_.pop_front();
+    if (asked_.empty()) continue;
+    const Asked asked = asked_.front();
+    asked_.pop_front();
+    const auto client = std::find_if(clients_.begin(), clients_.end(),
+                                     [&](const Client& c) { return c.number == asked.client; });
+    if (client != clients_.end()) Reply(*client, asked.id, ToJson(answer));
+  }
+}
+
+void Server::Reply(Client& client, const std::string& id, const Json& answer) {
+  std::string text = answer.dump(-1, ' ', false, Json::error_handler_t::replace);
+  text.insert(1, "\"id\":" + id + ",");
+  if (client.output.size() + text.size() > kMostOutput) {  // does not read
+    client.output.clear();
+    client.ended = true;
+    return;
+  }
+  client.output += text + '\n';
+}
+
+void Server::Write(Client& client) {
+  while (!client.output.empty()) {
+    const ssize_t size = send(client.fd, client.output.data(), client.output.size(), MSG_NOSIGNAL);
+    if (size > 0) {
+      client.output.erase(0, static_cast<std::size_t>(size));
+      continue;
+    }
+    if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
+    client.output.clear();
+    client.ended = true;
+  }
+}
+
+std::filesystem::path DefaultSocket() {
+  const std::filesystem::path system = "/run/servohil";
+  if (access(system.c_str(), W_OK) == 0) return system / "servohil.sock";
+  if (const char* directory = std::getenv("XDG_RUNTIME_DIR"); directory != nullptr && *directory != 0)
+    return std::filesystem::path(directory) / "servohil.sock";
+  return "/tmp/servohil-" + std::to_string(getuid()) + ".sock";
+}
+
+}  // namespace servohil::app::control

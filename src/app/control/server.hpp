@@ -1,0 +1,76 @@
+#pragma once
+/// The control socket: a Unix stream socket with JSON lines, for operators' commands and pipelines.
+/// PROTOCOL.md has the protocol. Served by the thread that watches the run; no client, however slow, silent
+/// or malicious, delays the loop or lets memory grow: lines, answers and clients are bounded.
+
+#include <poll.h>
+
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <list>
+#include <string>
+#include <vector>
+
+#include "requests.hpp"
+#include "servohil/app/emulator.hpp"
+
+namespace servohil::app::control {
+
+class Server {
+ public:
+  /// Binds `path`, mode 0660, group servohil where there is one. A socket that a killed run has left is
+  /// replaced. @param emulator must outlive it
+  /// @throws EnvironmentError when another run has it, or it cannot be made
+  Server(std::filesystem::path path, Emulator& emulator, Permissions permissions);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  const std::filesystem::path& Path() const noexcept { return path_; }
+  /// The descriptors to poll.
+  void AddTo(std::vector<pollfd>& descriptors) const;
+  /// An answer of the simulation is waited for: look again soon.
+  bool Waits() const noexcept { return !asked_.empty(); }
+  /// Takes and answers what there is. Never blocks. @param now  the newest state
+  void Serve(const Telemetry& now);
+
+ private:
+  struct Client {
+    int fd = -1;
+    std::uint64_t number = 0;
+    std::string input;
+    std::string output;
+    bool ended = false;  ///< sends nothing more; closed when its output is out
+  };
+  /// A request that the simulation has not answered yet.
+  struct Asked {
+    std::uint64_t request = 0;
+    std::uint64_t client = 0;
+    std::string id;  ///< as JSON
+  };
+
+  void Accept();
+  void Read(Client& client);
+  void TakeLine(Client& client, const std::string& line);
+  void TakeAnswers();
+  static void Reply(Client& client, const std::string& id, const nlohmann::json& answer);
+  static void Write(Client& client);
+
+  std::filesystem::path path_;
+  Emulator& emulator_;
+  Permissions permissions_;
+  int fd_ = -1;
+  std::list<Client> clients_;
+  std::deque<Asked> asked_;
+  std::uint64_t next_request_ = 1;
+  std::uint64_t next_client_ = 1;
+  Telemetry now_;
+  fault::Schedule faults_;
+};
+
+/// Where `servohil run` and `servohil fault` meet without being told: /run/servohil/servohil.sock if that
+/// directory is writable, else in $XDG_RUNTIME_DIR, else /tmp/servohil-UID.sock.
+std::filesystem::path DefaultSocket();
+
+}  // namespace servohil::app::control
