@@ -46,8 +46,13 @@ struct TimeScales {
   double ports;
 };
 
-/// Real-time safe.
-TimeScales TimeScalesAt(const Derived& d, const State& state, double p1_psi) noexcept;
+struct RatesAndScales {
+  StateVector rates;
+  TimeScales scales;
+};
+
+/// Both, for the price of one evaluation and a few divisions. Real-time safe.
+RatesAndScales RatesAndScalesAt(const Derived& d, const State& state, double p1_psi) noexcept;
 
 /// x2 - x1 [in]: opening of orifice 5, before its clearance and height. Real-time safe.
 double RelayPortOpening(const Derived& d, const State& state, double p1_psi) noexcept;
