@@ -24,7 +24,12 @@ OilModulus::OilModulus(const OilParameters& oil, double liquid_modulus_psi) noex
       only_nuclei_(oil.air_fraction == 0.0 && oil.air_polytropic_index == 1.0),
       vapour_psi_(oil.vapour_pressure_psi),
       inverse_dissolution_span_(
-          oil.dissolution_pressure_psi > 0.0 ? 1.0 / (oil.dissolution_pressure_psi - kAtmospherePsi) : 0.0) {}
+          oil.dissolution_pressure_psi > 0.0 ? 1.0 / (oil.dissolution_pressure_psi - kAtmospherePsi) : 0.0) {
+  // r |theta'| = 1/K_l, theta' = -30 (1 - u)²/(p_d - p_atm) for u near 1.
+  if (air_ > 0.0 && inverse_dissolution_span_ > 0.0)
+    dissolution_edge_psi_ =
+        std::sqrt(inverse_liquid_ / (30.0 * air_ * inverse_dissolution_span_)) / inverse_dissolution_span_;
+}
 
 OilModulus::Fraction OilModulus::WithAir(double p_psi, double inverse_gap) const noexcept {
   const double ratio = (kAtmospherePsi - vapour_psi_) * inverse_gap;

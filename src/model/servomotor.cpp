@@ -144,7 +144,8 @@ TimeScales ScalesOf(const Derived& d, const Algebraic& a, const State& s, const 
   if (d.full) {
     constexpr double kCornerIn = 0.002;
     ports = s.mode.plunger == Plunger::kFree ? std::fabs(rates[kP4]) * d.plunger_per_psi / kCornerIn : 0.0;
-    cavity = std::fabs(rates[kP3] / (s.p3_psi - d.oil.LowestPsi()));
+    cavity = std::fmax(std::fabs(rates[kP3] * d.oil.StiffnessChange(s.p3_psi)),
+                       std::fabs(rates[kP4] * d.oil.StiffnessChange(s.p4_psi)));
   }
   return {relay > piston ? relay : piston, cavity, ports};
 }

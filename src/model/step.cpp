@@ -18,10 +18,6 @@ struct Context {
   bool stiff;
 };
 
-StateVector RatesAt(const Context& c, const State& s) noexcept {
-  return Rates(c.d, s.Vector(), s.mode, c.p1_psi);
-}
-
 /// @param now  rates at s
 State Integrate(const Context& c, const State& s, const StateVector& now, double h_s) noexcept {
   const auto rates = [&](const StateVector& y) noexcept { return Rates(c.d, y, s.mode, c.p1_psi); };
@@ -62,7 +58,7 @@ struct Event {
 Event FirstEvent(const Context& c, const State& from, const StateVector& now, const State& to,
                  double h_s) noexcept {
   if (!AnyGuardEnded(c.d, to, c.p1_psi)) return {};
-  const Guards end = GuardsOf(c.d, to, c.p1_psi, RatesAt(c, to));
+  const Guards end = GuardsOf(c.d, to, c.p1_psi, Rates(c.d, to.Vector(), to.mode, c.p1_psi));
   const Guards begin = GuardsOf(c.d, from, c.p1_psi, now);
   Event first;
   for (std::size_t i = 0; i < end.size(); ++i) {
@@ -73,24 +69,25 @@ Event FirstEvent(const Context& c, const State& from, const StateVector& now, co
   return first;
 }
 
-/// @param now  rates at `state`
-State SubStep(const Context& c, const State& state, const StateVector& now, double h_s) noexcept {
-  State s = state;
-  StateVector rates = now;
-  double left_s = h_s;
-  for (int event = 0; event < kMaxEventsPerSubStep; ++event) {
-    const State end = Integrate(c, s, rates, left_s);
-    const Event first = FirstEvent(c, s, rates, end, left_s);
-    if (first.fraction > 1.0) return end;
-    const double until_event_s = first.fraction * left_s;
-    if (until_event_s > 0.0) s = Integrate(c, s, rates, until_event_s);
-    left_s -= until_event_s;
-    s = AfterEvent(c.d, s, first.guard);
-    rates = RatesAt(c, s);
-  }
+/// How to go on from a state.
+struct Plan {
+  double sub_steps;  ///< for what is left of the step
+  bool stiff;
+};
+
+Plan PlanFor(const Derived& d, const TimeScales& scales, double left_s, double h_s) noexcept {
+  double wanted = left_s * scales.fastest_mode / kRateTimesSubStep;
+  // The comparison is false where the rate is not a number.
+  const bool stiff = d.full && !(wanted * h_s <= kMostRungeKuttaSubSteps * left_s);
+  if (stiff) wanted = kRosenbrockSubSteps * left_s / h_s;
+  wanted = std::max({1.0, wanted, left_s * scales.cavity / kCavityShare, left_s * scales.ports});
+  return {wanted > 1.0 ? std::ceil(wanted) : 1.0, stiff};
+}
+
+/// Holds the piston for what is left of the step; the next one begins at rest.
+void Hold(State& s) noexcept {
   s.v3_in_s = 0.0;
   if (!s.mode.PistonRests()) s.mode.motion = Motion::kStuck;
-  return Integrate(c, s, RatesAt(c, s), left_s);
 }
 
 }  // namespace
@@ -103,24 +100,30 @@ Mode ModeAtRest(const Derived& d, const State& state) noexcept {
 
 StepResult Step(const Derived& d, const State& state, double p1_psi, double h_s) noexcept {
   StepResult result{state};
+  State& s = result.state;
+  int events = 0;
   for (double left_s = h_s; left_s > 0.0;) {
-    const auto [rates, scales] = RatesAndScalesAt(d, result.state, p1_psi);
-    double wanted = left_s * scales.fastest_mode / kRateTimesSubStep;
-    // The comparison is false where the rate is not a number.
-    const bool stiff = d.full && !(wanted * h_s <= kMostRungeKuttaSubSteps * left_s);
-    if (stiff) wanted = kRosenbrockSubSteps * left_s / h_s;
-    wanted = std::max({1.0, wanted, left_s * scales.cavity / kCavityShare, left_s * scales.ports});
-    if (wanted > 1.0) wanted = std::ceil(wanted);
+    const auto [rates, scales] = RatesAndScalesAt(d, s, p1_psi);
+    const Plan plan = PlanFor(d, scales, left_s, h_s);
+    const double budget = std::max(1.0, static_cast<double>(kMaxSubSteps + events - result.sub_steps));
+    if (!(plan.sub_steps <= budget)) result.resolved = false;
+    const double wanted = plan.sub_steps <= budget ? plan.sub_steps : budget;
 
-    const double budget = kMaxSubSteps - result.sub_steps;
-    if (!(wanted <= budget)) {
-      result.resolved = false;
-      wanted = budget;
-    }
+    const Context context = {d, p1_psi, plan.stiff};
     const double sub_step_s = left_s / wanted;
-    result.state = SubStep({d, p1_psi, stiff}, result.state, rates, sub_step_s);
+    const State end = Integrate(context, s, rates, sub_step_s);
+    const Event event = events < kMaxEvents ? FirstEvent(context, s, rates, end, sub_step_s) : Event{};
     ++result.sub_steps;
-    left_s = wanted <= 1.0 ? 0.0 : left_s - sub_step_s;
+    if (event.fraction > 1.0) {
+      s = end;
+      left_s = wanted <= 1.0 ? 0.0 : left_s - sub_step_s;
+      continue;
+    }
+    const double until_event_s = event.fraction * sub_step_s;
+    if (until_event_s > 0.0) s = Integrate(context, s, rates, until_event_s);
+    s = AfterEvent(d, s, event.guard);
+    left_s -= until_event_s;
+    if (++events == kMaxEvents) Hold(s);
   }
   return result;
 }

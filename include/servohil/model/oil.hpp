@@ -41,6 +41,17 @@ class OilModulus {
     return {inverse_liquid_ * held * held + c, held * (held + c)};
   }
 
+  /// Bound of |d ln K/dP| [1/psi]: over which pressure the stiffness changes, 1/(P - p_v), and below the
+  /// dissolution pressure 1/(p_d - P) down to where the liquid is softer than the rest of the air. Real-time
+  /// safe.
+  double StiffnessChange(double p_psi) const noexcept {
+    const double above_vapour = 1.0 / (p_psi - LowestPsi());
+    if (inverse_dissolution_span_ == 0.0 || air_ == 0.0) return above_vapour;
+    const double below_dissolution = 1.0 / inverse_dissolution_span_ - p_psi;
+    if (below_dissolution < -dissolution_edge_psi_) return above_vapour;
+    return above_vapour + 1.0 / std::fmax(below_dissolution, dissolution_edge_psi_);
+  }
+
   /// Lowest pressure there can be, exclusive [psi gauge].
   double LowestPsi() const noexcept { return vapour_psi_ - kAtmospherePsi; }
 
@@ -57,7 +68,8 @@ class OilModulus {
   FixedPower expansion_;  ///< ratio^(1/n)
   bool only_nuclei_;
   double vapour_psi_;
-  double inverse_dissolution_span_;  ///< 1/(p_d - p_atm); 0 where nothing dissolves
+  double inverse_dissolution_span_;    ///< 1/(p_d - p_atm); 0 where nothing dissolves
+  double dissolution_edge_psi_ = 0.0;  ///< below p_d, where the rest of the air is as soft as the liquid
 };
 
 struct Oil {

@@ -39,7 +39,8 @@ struct TimeScales {
   /// where the root is the frequency of oil spring and piston (section 3.4). Thesis: unbounded as any
   /// orifice's dP tends to 0.
   double fastest_mode;
-  /// |dP3/dt| over the distance of P3 to vapour pressure: where a cavity opens or closes. 0 in the thesis.
+  /// |dP/dt| over the pressure in which the oil's stiffness changes, of P3 and P4: where a cavity opens or
+  /// closes, or the last air dissolves. 0 in the thesis.
   double cavity;
   /// |d(x2 - x4)/dt| over 0.002 in, the width of the corner that underlap and clearance give the metering
   /// ports. 0 in the thesis.
