@@ -14,6 +14,7 @@
 #include "run_report.hpp"
 #include "servohil/app/contract.hpp"
 #include "servohil/app/emulator.hpp"
+#include "servohil/app/envelope_check.hpp"
 #include "servohil/can/dbc.hpp"
 #include "servohil/can/interface_state.hpp"
 #include "servohil/can/network.hpp"
@@ -136,6 +137,8 @@ int Run(const Options& options) {
 
   const Configuration configuration = options.configuration.Load();
   const model::Derived derived(configuration.model);
+  if (const std::string warning = CheckEnvelope(configuration, derived); !warning.empty())
+    spdlog::warn("{}", warning);
   const model::SteadyState start = RequireSteadyStateAt(derived, configuration.start_x3_in);
   const Contract contract(can::ReadDbc(configuration.can.dbc), configuration.publish);
   CheckBusLoad(contract, configuration.can);

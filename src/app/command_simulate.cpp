@@ -6,6 +6,7 @@
 
 #include "commands.hpp"
 #include "servohil/app/csv.hpp"
+#include "servohil/app/envelope_check.hpp"
 #include "servohil/app/simulation.hpp"
 #include "servohil/error.hpp"
 
@@ -108,6 +109,8 @@ class CsvOutput {
 int Simulate(const Options& options) {
   const Configuration configuration = options.configuration.Load();
   const model::Derived derived(configuration.model);
+  if (const std::string warning = CheckEnvelope(configuration, derived); !warning.empty())
+    std::fprintf(stderr, "servohil: %s\n", warning.c_str());
   const double x3_in = options.x3_in.value_or(configuration.start_x3_in);
   const model::SteadyState start = RequireSteadyStateAt(derived, x3_in);
   const auto ticks = static_cast<std::uint64_t>(std::llround(options.duration_s / model::kTickS));

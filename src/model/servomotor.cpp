@@ -139,15 +139,15 @@ TimeScales ScalesOf(const Derived& d, const Algebraic& a, const State& s, const 
   const double piston = a.inverse_C3 * (slope(a.G3, a.Q3, s.p2_psi - s.p3_psi) +
                                         slope(a.G6, a.Q6, s.p3_psi - d.Pe) + d.c3 + G7) +
                         G7 * a.inverse_C8 + oil_spring;
-  double cavity = 0.0;
+  double stiffness = 0.0;
   double ports = 0.0;
   if (d.full) {
     constexpr double kCornerIn = 0.002;
     ports = s.mode.plunger == Plunger::kFree ? std::fabs(rates[kP4]) * d.plunger_per_psi / kCornerIn : 0.0;
-    cavity = std::fmax(std::fabs(rates[kP3] * d.oil.StiffnessChange(s.p3_psi)),
-                       std::fabs(rates[kP4] * d.oil.StiffnessChange(s.p4_psi)));
+    stiffness = std::fmax(std::fabs(rates[kP3] * d.oil.StiffnessChange(s.p3_psi)),
+                          std::fabs(rates[kP4] * d.oil.StiffnessChange(s.p4_psi)));
   }
-  return {relay > piston ? relay : piston, cavity, ports};
+  return {relay, piston, stiffness, ports};
 }
 }  // namespace
 

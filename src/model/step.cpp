@@ -76,11 +76,11 @@ struct Plan {
 };
 
 Plan PlanFor(const Derived& d, const TimeScales& scales, double left_s, double h_s) noexcept {
-  double wanted = left_s * scales.fastest_mode / kRateTimesSubStep;
+  double wanted = left_s * scales.FastestMode() / kRateTimesSubStep;
   // The comparison is false where the rate is not a number.
   const bool stiff = d.full && !(wanted * h_s <= kMostRungeKuttaSubSteps * left_s);
   if (stiff) wanted = kRosenbrockSubSteps * left_s / h_s;
-  wanted = std::max({1.0, wanted, left_s * scales.cavity / kCavityShare, left_s * scales.ports});
+  wanted = std::max({1.0, wanted, left_s * scales.stiffness / kStiffnessShare, left_s * scales.ports});
   return {wanted > 1.0 ? std::ceil(wanted) : 1.0, stiff};
 }
 

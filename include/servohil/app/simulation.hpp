@@ -17,6 +17,7 @@ struct Sample {
   std::uint64_t tick = 0;  ///< t = tick * model::kTickS
   double p1_psi = 0.0;     ///< control pressure during the tick that ended here
   model::State state;
+  int sub_steps = 0;                   ///< of the tick that ended here
   std::uint64_t unresolved_ticks = 0;  ///< ticks that needed more sub-steps than model::kMaxSubSteps, so far
   bool model_fault = false;            ///< latched: the model left its domain, the state is the last good one
 };
@@ -36,6 +37,7 @@ class Simulation {
     if (std::isfinite(p1_psi) && model::IsInDomain(derived_, next.state)) {
       sample_.state = next.state;
       sample_.p1_psi = p1_psi;
+      sample_.sub_steps = next.sub_steps;
       if (!next.resolved) ++sample_.unresolved_ticks;
     } else {
       sample_.model_fault = true;

@@ -32,7 +32,7 @@ inline constexpr double kRosenbrockSubSteps = 8.0;
 
 /// A sub-step lets P3 and P4 change by no more than this share of the pressure in which the oil's stiffness
 /// does: of their distance to vapour pressure, or to the pressure at which the last air dissolves.
-inline constexpr double kCavityShare = 0.5;
+inline constexpr double kStiffnessShare = 0.5;
 
 /// Events handled in one step: of each of piston, plunger, diaphragm and relay port two. Each ends a
 /// sub-step, since the mode that follows may be far faster. After the last the piston is held for what is
