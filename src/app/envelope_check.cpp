@@ -1,7 +1,6 @@
 #include "servohil/app/envelope_check.hpp"
 
-#include <cstdio>
-
+#include "formatted.hpp"
 #include "servohil/error.hpp"
 #include "servohil/model/envelope_sweep.hpp"
 #include "servohil/model/step.hpp"
@@ -28,11 +27,7 @@ const char* NameOf(Fastest fastest) {
 /// "KEY = VALUE" of what makes it slower.
 std::string Remedy(Fastest fastest, const Configuration& c) {
   const model::ServoParameters& servo = c.model.servo;
-  const auto key = [](const char* name, double value) {
-    char text[100];
-    std::snprintf(text, sizeof text, "%s = %g", name, value);
-    return std::string(text);
-  };
+  const auto key = [](const char* name, double value) { return Formatted("%s = %g", name, value); };
   switch (fastest) {
     case Fastest::kRelayChamber:
       return "raise " + key("servo.relay_volume_in3", servo.relay_volume_in3) + " or lower " +
@@ -53,18 +48,17 @@ std::string Remedy(Fastest fastest, const Configuration& c) {
 
 std::string Describe(const model::EnvelopeSweep& sweep, const Configuration& c) {
   const model::SweepTick& at = sweep.worst;
-  char numbers[400];
-  std::snprintf(
-      numbers, sizeof numbers,
+  const std::string numbers = Formatted(
       "at x3 = %.4g in, P3 = %.4g psi, P4 = %.4g psi under P1 = %.4g psi %s changes at %.3g 1/s: %.0f "
-      "sub-steps of a tick wanted, %d allowed, ",
+      "sub-steps of "
+      "a tick wanted, %d allowed, ",
       at.state.x3_in, at.state.p3_psi, at.state.p4_psi, at.p1_psi, NameOf(at.fastest), at.rate_1_s, at.wanted,
       model::kMaxSubSteps);
-  char errors[200];
-  std::snprintf(errors, sizeof errors, "a pressure is wrong by up to %.3g psi, x3 by %.2g in",
-                sweep.pressure_error_psi, sweep.x3_error_in);
-  return std::string(numbers) + (sweep.left_domain ? "and the state leaves the model's domain" : errors) +
-         "; " + Remedy(at.fastest, c);
+  const std::string errors = sweep.left_domain
+                                 ? "and the state leaves the model's domain"
+                                 : Formatted("a pressure is wrong by up to %.3g psi, x3 by %.2g in",
+                                             sweep.pressure_error_psi, sweep.x3_error_in);
+  return numbers + errors + "; " + Remedy(at.fastest, c);
 }
 
 }  // namespace
