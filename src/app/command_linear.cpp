@@ -79,8 +79,10 @@ void AddLinearCommand(CLI::App& program, int& exit_status) {
       ->type_name("FILE");
   command.add_flag("--json", options->json, "prints JSON; keys carry their units");
   command.footer(
-      "Coulomb friction has no linear model: with friction.coulomb_psi the analysis is that of the sliding,\n"
-      "frictionless piston. Margins: the loop is broken where the cam sets the bushing (x4).");
+      "Dry friction has no linear model: with friction.coulomb_psi or breakaway_psi (Stribeck) the analysis "
+      "is\n"
+      "that of the sliding, frictionless piston. Margins: the loop is broken where the cam sets the bushing "
+      "(x4).");
   command.callback([options, &exit_status] {
     Linear(*options);
     exit_status = kExitOk;

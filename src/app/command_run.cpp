@@ -18,6 +18,7 @@
 #include "scripted_run.hpp"
 #include "servohil/app/contract.hpp"
 #include "servohil/app/emulator.hpp"
+#include "servohil/app/envelope_check.hpp"
 #include "servohil/app/run_texts.hpp"
 #include "servohil/can/dbc.hpp"
 #include "servohil/can/network.hpp"
@@ -222,6 +223,8 @@ int Run(const Options& options) {
     effective.configuration.file = configuration->File();
   }
   const Setup setup(effective);
+  if (const std::string warning = CheckEnvelope(setup.configuration, setup.derived); !warning.empty())
+    spdlog::warn("{}", warning);
   return options.clock == Clock::kFast ? RunFast(options, setup, from, signals)
                                        : RunOnBus(options, setup, from, signals);
 }

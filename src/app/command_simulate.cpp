@@ -10,6 +10,7 @@
 #include "recording_options.hpp"
 #include "run_report.hpp"
 #include "scripted_run.hpp"
+#include "servohil/app/envelope_check.hpp"
 #include "servohil/app/simulation_task.hpp"
 #include "servohil/can/dbc.hpp"
 #include "servohil/error.hpp"
@@ -114,6 +115,8 @@ int Simulate(const Options& options) {
   Configuration configuration = options.configuration.Load();
   configuration.start_x3_in = options.x3_in.value_or(configuration.start_x3_in);
   const model::Derived derived(configuration.model);
+  if (const std::string warning = CheckEnvelope(configuration, derived); !warning.empty())
+    std::cerr << "servohil: " << warning << '\n';
   const model::SteadyState start = RequireSteadyStateAt(derived, configuration.start_x3_in);
   const auto recorder = OpenRecording(options, configuration);
   TaskOptions task_options;

@@ -45,6 +45,27 @@ void NoteThesisConstants(const model::Derived& d, const LinearOptions& options, 
   }
 }
 
+/// Dry friction and hysteresis have no linear model. Viscous friction has one and is in the matrix.
+void NoteFriction(const model::Derived& d, const model::FrictionParameters& friction, LinearPoint& point) {
+  if (d.F_breakaway > 0.0) {
+    const double breakaway_psi = d.F_breakaway / d.A3;
+    const bool stribeck = d.F_breakaway > d.F_coulomb;
+    std::string note = Formatted("friction.coulomb_psi = %g psi", friction.coulomb_psi);
+    if (stribeck)
+      note += Formatted(" with breakaway_psi = %g psi and the Stribeck curve between", breakaway_psi);
+    note += Formatted(
+        " is left out: this is the sliding, frictionless piston. A stuck one does not move at all until P3 "
+        "has "
+        "risen by %g or fallen by %g psi",
+        breakaway_psi, d.closing_ratio * breakaway_psi);
+    if (stribeck) note += "; a slow one loses damping where friction falls with speed";
+    point.notes.push_back(note);
+  }
+  if (d.directional &&
+      d.load_up.PressureAt(point.rest.state.x3_in) != d.load_down.PressureAt(point.rest.state.x3_in))
+    point.notes.emplace_back("the load is that of opening: load.closing_file is left out");
+}
+
 }  // namespace
 
 LinearPoint LinearPointOf(const model::Parameters& parameters, const LinearOptions& options) {
@@ -68,12 +89,7 @@ LinearPoint LinearPointOf(const model::Parameters& parameters, const LinearOptio
     point.jacobian_relative_error = linear.relative_error;
     NoteKinks(linear, point);
   }
-  if (parameters.friction.coulomb_psi > 0.0) {
-    point.notes.push_back(
-        Formatted("friction.coulomb_psi = %g psi is left out: this is the sliding, frictionless piston. A "
-                  "stuck one does not move at all until P3 has changed by %g psi",
-                  parameters.friction.coulomb_psi, parameters.friction.coulomb_psi));
-  }
+  NoteFriction(derived, parameters.friction, point);
   return point;
 }
 

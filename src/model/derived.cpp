@@ -23,7 +23,10 @@ LoadCurve Beyond(const LoadCurve& curve, LoadBeyond beyond, bool full) noexcept 
 }  // namespace
 
 Derived::Derived(const Parameters& p) noexcept
-    : full(p.physics == Physics::kFull), oil(p.oil, p.servo.bulk_modulus_psi), cam(p.cam) {
+    : full(p.physics == Physics::kFull),
+      oil(p.oil, p.servo.bulk_modulus_psi),
+      gas_power(-1.0 - 1.0 / p.stabilizer.polytropic_index),
+      cam(p.cam) {
   const ServoParameters& s = p.servo;
   const Oil fluid = full ? OilAt(p.oil) : Oil{p.oil.density_lbf_s2_in4, p.oil.viscosity_lbf_s_in2};
   const double rho = fluid.density_lbf_s2_in4;
@@ -38,6 +41,9 @@ Derived::Derived(const Parameters& p) noexcept
   k2 = s.main_spring_rate_lbf_in;
   Fs = s.main_spring_preload_lbf;
   M = s.piston_mass_lbf_s2_in + s.load_mass_lbf_s2_in;
+  x1_per_psi = A1 / k1;
+  plunger_per_psi = A2 / k2;
+  plunger_at_zero = -Fs / k2;
 
   const double sharp_edge = s.discharge_coefficient * pi * std::sqrt(2.0 / rho);
   k_relay = sharp_edge * s.relay_port_width_in;
@@ -87,7 +93,7 @@ Derived::Derived(const Parameters& p) noexcept
   V8 = p.stabilizer.oil_volume_in3;
   Va = p.stabilizer.gas_volume_in3;
   k_gas = p.stabilizer.polytropic_index;
-  charge_abs = p.stabilizer.charge_pressure_psi + kAtmospherePsi;
+  gas_capacity = Va / k_gas * std::pow(p.stabilizer.charge_pressure_psi + kAtmospherePsi, 1.0 / k_gas);
   precharge = full ? p.stabilizer.precharge_psi : -kInfinity;
 
   load_up = Beyond(p.load.opening, p.load.beyond, full);

@@ -1,5 +1,7 @@
 #include "events.hpp"
 
+#include <algorithm>
+
 #include "servohil/model/servomotor.hpp"
 
 namespace servohil::model {
@@ -106,6 +108,11 @@ Guards GuardsOf(const Derived& d, const State& s, double p1_psi, const StateVect
     g[kDiaphragm] = {sign * (s.p8_psi - d.precharge), sign * rates[kP8]};
   }
   return g;
+}
+
+bool AnyGuardEnded(const Derived& d, const State& state, double p1_psi) noexcept {
+  const Guards guards = GuardsOf(d, state, p1_psi, StateVector::Zero());
+  return std::any_of(guards.begin(), guards.end(), [](const Guard& g) { return g.value < 0.0; });
 }
 
 State AfterEvent(const Derived& d, const State& state, std::size_t index) noexcept {

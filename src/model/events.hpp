@@ -20,6 +20,9 @@ using Guards = std::array<Guard, 6>;
 /// The guards of `mode` at a state with the given rates. Real-time safe.
 Guards GuardsOf(const Derived& d, const State& state, double p1_psi, const StateVector& rates) noexcept;
 
+/// A guard of `state` is negative: something happened on the way there. Real-time safe.
+bool AnyGuardEnded(const Derived& d, const State& state, double p1_psi) noexcept;
+
 /// What follows when guard `index` has fallen to 0: the state with its new mode. Real-time safe.
 State AfterEvent(const Derived& d, const State& state, std::size_t index) noexcept;
 

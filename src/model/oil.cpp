@@ -20,13 +20,20 @@ OilModulus::OilModulus(const OilParameters& oil, double liquid_modulus_psi) noex
     : inverse_liquid_(1.0 / liquid_modulus_psi),
       air_(oil.air_fraction),
       inverse_index_(1.0 / oil.air_polytropic_index),
+      expansion_(inverse_index_),
       only_nuclei_(oil.air_fraction == 0.0 && oil.air_polytropic_index == 1.0),
       vapour_psi_(oil.vapour_pressure_psi),
       inverse_dissolution_span_(
-          oil.dissolution_pressure_psi > 0.0 ? 1.0 / (oil.dissolution_pressure_psi - kAtmospherePsi) : 0.0) {}
+          oil.dissolution_pressure_psi > 0.0 ? 1.0 / (oil.dissolution_pressure_psi - kAtmospherePsi) : 0.0) {
+  // r |theta'| = 1/K_l, theta' = -30 (1 - u)²/(p_d - p_atm) for u near 1.
+  if (air_ > 0.0 && inverse_dissolution_span_ > 0.0)
+    dissolution_edge_psi_ =
+        std::sqrt(inverse_liquid_ / (30.0 * air_ * inverse_dissolution_span_)) / inverse_dissolution_span_;
+}
 
-double OilModulus::WithAir(double p_psi, double inverse_gap, double ratio) const noexcept {
-  const double expansion = inverse_index_ == 1.0 ? ratio : std::pow(ratio, inverse_index_);
+OilModulus::Fraction OilModulus::WithAir(double p_psi, double inverse_gap) const noexcept {
+  const double ratio = (kAtmospherePsi - vapour_psi_) * inverse_gap;
+  const double expansion = inverse_index_ == 1.0 ? ratio : expansion_(ratio);
   // theta(u) = (1 - u)³ (1 + 3u + 6u²), the free share of the air; theta' = -30 u² (1 - u)².
   const double u_raw = p_psi * inverse_dissolution_span_;
   const double u = u_raw <= 0.0 ? 0.0 : u_raw >= 1.0 ? 1.0 : u_raw;
@@ -34,7 +41,7 @@ double OilModulus::WithAir(double p_psi, double inverse_gap, double ratio) const
   const double theta_slope = -30.0 * u * u * (1.0 - u) * (1.0 - u) * inverse_dissolution_span_;
   const double gas = (air_ * theta + kNuclei) * expansion;
   const double shrinking = gas * inverse_index_ * inverse_gap - air_ * theta_slope * expansion;  // -dV_g/dP
-  return (inverse_liquid_ + shrinking) / (1.0 + gas);
+  return {inverse_liquid_ + shrinking, 1.0 + gas};
 }
 
 Oil OilAt(const OilParameters& oil) noexcept {

@@ -14,9 +14,9 @@ struct Algebraic {
   double x1, x2, x4, alpha;
   double Q3, Q4, Q5, Q6, Q8;
   double G3, G5, G6;  ///< full: conductances of the orifices [in⁵/(lbf s)]
-  double S3;          ///< compressibility under the piston, 1/K [1/psi]
-  double C4;          ///< compliance above the plunger [in⁵/lbf]
-  double C8;          ///< stabilizer's capacity [in⁵/lbf]
+  double inverse_C3;  ///< K/V3, stiffness of the oil under the piston [lbf/in⁵]
+  double inverse_C4;  ///< of the compliance above the plunger
+  double inverse_C8;  ///< of the stabilizer's capacity
 };
 
 inline double PlungerAgainstBushing(const Derived& d, double P4, Plunger plunger) noexcept {
@@ -26,28 +26,33 @@ inline double PlungerAgainstBushing(const Derived& d, double P4, Plunger plunger
     case Plunger::kAtUpperStop:
       return d.plunger_travel;
     default:
-      return (P4 * d.A2 - d.Fs) / d.k2;  // (2.2)
+      return P4 * d.plunger_per_psi + d.plunger_at_zero;  // (2.2)
   }
 }
 
 inline double RelayPistonPosition(const Derived& d, double P1) noexcept {
-  const double x1 = P1 * d.A1 / d.k1;  // (2.1)
+  const double x1 = P1 * d.x1_per_psi;  // (2.1)
   return x1 <= 0.0 && d.full ? 0.0 : x1 >= d.x1_stop ? d.x1_stop : x1;
 }
 
+/// 1/(V s + C) for a compressibility s [1/psi].
+inline double InverseCompliance(double V, const OilModulus::Fraction& s, double C) noexcept {
+  return s.denominator / (V * s.numerator + C * s.denominator);
+}
+
 /// C8 = V8/K + V_gas/(k P8), V_gas = V_a (P_charge/P8)^(1/k), absolute; V8/K with the diaphragm on its seat.
-inline double StabilizerCapacity(const Derived& d, double P8, bool seated) noexcept {
-  if (!d.full) return d.V8 / d.beta + d.Va / (d.k_gas * P8);  // (5.7)
-  const double oil = d.V8 * d.oil.Compressibility(P8);
-  if (seated) return oil;
-  const double P8_abs = std::max(P8 + kAtmospherePsi, 1e-3);  // a stage may look there, no state is
-  return oil + d.Va * std::pow(d.charge_abs / P8_abs, 1.0 / d.k_gas) / (d.k_gas * P8_abs);
+inline double InverseCapacity(const Derived& d, double P8, bool seated) noexcept {
+  if (!d.full) return 1.0 / (d.V8 / d.beta + d.Va / (d.k_gas * P8));  // (5.7)
+  const double P8_abs = std::max(P8 + kAtmospherePsi, 1e-3);          // a stage may look there, no state is
+  const double gas = seated ? 0.0 : d.gas_capacity * d.gas_power(P8_abs);
+  return InverseCompliance(d.V8, d.oil.CompressibilityFraction(P8), gas);
 }
 
 inline Algebraic Solve(const Derived& d, const StateVector& y, const Mode& mode, double P1) noexcept {
   const double P3 = y[kP3];
   const double P4 = y[kP4];
   const double P2 = y[kP2];
+  const double V3 = d.V3_at_zero + d.A3 * y[kX3];
   Algebraic a;  // NOLINT(cppcoreguidelines-pro-type-member-init): every member is set below
   a.x1 = RelayPistonPosition(d, P1);
   a.x4 = d.cam.At(y[kX3]);  // (2.15)
@@ -65,22 +70,23 @@ inline Algebraic Solve(const Derived& d, const StateVector& y, const Mode& mode,
     a.Q3 = a.G3 * (P2 - P3);
     a.Q6 = a.G6 * (P3 - d.Pe);
     a.Q5 = a.G5 * (P4 - d.Pe);
-    a.S3 = d.oil.Compressibility(P3);
-    a.C4 = d.V4 * d.oil.Compressibility(P4) + (mode.plunger == Plunger::kFree ? d.spring_compliance : 0.0);
+    const double spring = mode.plunger == Plunger::kFree ? d.spring_compliance : 0.0;
+    a.inverse_C3 = InverseCompliance(V3, d.oil.CompressibilityFraction(P3), 0.0);
+    a.inverse_C4 = InverseCompliance(d.V4, d.oil.CompressibilityFraction(P4), spring);
   } else {
     a.Q3 = OrificeFlow(P2 - P3, d.U + x2_minus_x4, d.cr2, d.k_metering);  // (2.5)
     a.Q6 = OrificeFlow(P3, d.U - x2_minus_x4, d.cr2, d.k_metering);       // (2.6)
     a.Q5 = OrificeFlow(P4, a.x2 - a.x1, d.cr1, d.k_relay);                // (2.4)
-    a.S3 = 1.0 / d.beta;
-    a.C4 = d.V4 / d.beta + d.spring_compliance;
+    a.inverse_C3 = d.beta / V3;
+    a.inverse_C4 = 1.0 / (d.V4 / d.beta + d.spring_compliance);
   }
   a.Q4 = CapillaryFlow(P2 - P4, d.capillary_a, d.capillary_b);  // (2.3)
   if (d.stabilizer) {
     a.Q8 = CapillaryFlow(P3 - y[kP8], d.R7, d.b7);  // (5.2)
-    a.C8 = StabilizerCapacity(d, y[kP8], mode.diaphragm_seated);
+    a.inverse_C8 = InverseCapacity(d, y[kP8], mode.diaphragm_seated);
   } else {
     a.Q8 = 0.0;
-    a.C8 = 1.0;
+    a.inverse_C8 = 1.0;
   }
   return a;
 }
@@ -98,10 +104,8 @@ inline double PumpFlow(const Derived& d, double P2) noexcept {
   return d.pump_flow * std::clamp((d.P2 - P2) * d.inverse_band, 0.0, 1.0);
 }
 
-}  // namespace
-
-StateVector Rates(const Derived& d, const StateVector& y, const Mode& mode, double p1_psi) noexcept {
-  const Algebraic a = Solve(d, y, mode, p1_psi);
+inline StateVector RatesOf(const Derived& d, const Algebraic& a, const StateVector& y,
+                           const Mode& mode) noexcept {
   const double x3 = y[kX3];
   const double v3 = y[kV3];
   const double P3 = y[kP3];
@@ -113,11 +117,49 @@ StateVector Rates(const Derived& d, const StateVector& y, const Mode& mode, doub
     rate[kX3] = v3;
     rate[kV3] = (d.A3 * P3 - Resistance(d, x3, v3, mode.motion) - d.C * v3) / d.M;
   }
-  rate[kP3] = (a.Q3 - a.Q6 - a.Q8 - d.A3 * v3 - d.c3 * (P3 - d.Pe)) / ((d.V3_at_zero + d.A3 * x3) * a.S3);
-  rate[kP4] = (a.Q4 - a.Q5 - d.A2 * a.alpha * v3) / a.C4;
-  rate[kP8] = d.stabilizer ? a.Q8 / a.C8 : rate[kP3];
+  rate[kP3] = (a.Q3 - a.Q6 - a.Q8 - d.A3 * v3 - d.c3 * (P3 - d.Pe)) * a.inverse_C3;
+  rate[kP4] = (a.Q4 - a.Q5 - d.A2 * a.alpha * v3) * a.inverse_C4;
+  rate[kP8] = d.stabilizer ? a.Q8 * a.inverse_C8 : rate[kP3];
   rate[kP2] = d.pump_flow > 0.0 ? (PumpFlow(d, y[kP2]) - a.Q3 - a.Q4) / d.C2 : 0.0;
   return rate;
+}
+
+TimeScales ScalesOf(const Derived& d, const Algebraic& a, const State& s, const StateVector& rates) noexcept {
+  const auto slope = [&](double G, double Q, double dP) noexcept {
+    if (d.full) return G;
+    return dP == 0.0 ? std::numeric_limits<double>::infinity() : std::fabs(Q / (2.0 * dP));
+  };
+  // dQ5/dx2: 0 where the port is closed or fully open.
+  const double x = a.x2 - a.x1;
+  const double dQ5_dx2 = x > 0.0 && x < d.h_relay ? std::fabs(a.Q5) * x / (x * x + d.cr1 * d.cr1) : 0.0;
+  const double relay =
+      (slope(a.G5, a.Q5, s.p4_psi - d.Pe) + dQ5_dx2 * d.plunger_per_psi + 1.0 / d.capillary_a) * a.inverse_C4;
+  const double G7 = d.stabilizer ? 1.0 / d.R7 : 0.0;
+  const double oil_spring = std::sqrt(d.A3 * d.A3 * a.inverse_C3 / d.M);
+  const double piston = a.inverse_C3 * (slope(a.G3, a.Q3, s.p2_psi - s.p3_psi) +
+                                        slope(a.G6, a.Q6, s.p3_psi - d.Pe) + d.c3 + G7) +
+                        G7 * a.inverse_C8 + oil_spring;
+  double stiffness = 0.0;
+  double ports = 0.0;
+  if (d.full) {
+    constexpr double kCornerIn = 0.002;
+    ports = s.mode.plunger == Plunger::kFree ? std::fabs(rates[kP4]) * d.plunger_per_psi / kCornerIn : 0.0;
+    stiffness = std::fmax(std::fabs(rates[kP3] * d.oil.StiffnessChange(s.p3_psi)),
+                          std::fabs(rates[kP4] * d.oil.StiffnessChange(s.p4_psi)));
+  }
+  return {relay, piston, stiffness, ports};
+}
+}  // namespace
+
+StateVector Rates(const Derived& d, const StateVector& y, const Mode& mode, double p1_psi) noexcept {
+  return RatesOf(d, Solve(d, y, mode, p1_psi), y, mode);
+}
+
+RatesAndScales RatesAndScalesAt(const Derived& d, const State& s, double p1_psi) noexcept {
+  const StateVector y = s.Vector();
+  const Algebraic a = Solve(d, y, s.mode, p1_psi);
+  const StateVector rates = RatesOf(d, a, y, s.mode);
+  return {rates, ScalesOf(d, a, s, rates)};
 }
 
 Outputs ComputeOutputs(const Derived& d, const State& state, double p1_psi) noexcept {
@@ -141,36 +183,6 @@ Outputs ComputeOutputs(const Derived& d, const State& state, double p1_psi) noex
       break;
   }
   return {a.x1, a.x2, a.x4, a.Q3, a.Q4, a.Q5, a.Q6, a.Q8, friction_lbf / d.A3};
-}
-
-TimeScales TimeScalesAt(const Derived& d, const State& s, double p1_psi) noexcept {
-  const Algebraic a = Solve(d, s.Vector(), s.mode, p1_psi);
-  const auto slope = [&](double G, double Q, double dP) noexcept {
-    if (d.full) return G;
-    return dP == 0.0 ? std::numeric_limits<double>::infinity() : std::fabs(Q / (2.0 * dP));
-  };
-  // dQ5/dx2: 0 where the port is closed or fully open.
-  const double x = a.x2 - a.x1;
-  const double dQ5_dx2 = x > 0.0 && x < d.h_relay ? std::fabs(a.Q5) * x / (x * x + d.cr1 * d.cr1) : 0.0;
-  const double relay =
-      (slope(a.G5, a.Q5, s.p4_psi - d.Pe) + dQ5_dx2 * d.A2 / d.k2 + 1.0 / d.capillary_a) / a.C4;
-  const double V3 = d.V3_at_zero + d.A3 * s.x3_in;
-  const double G7 = d.stabilizer ? 1.0 / d.R7 : 0.0;
-  const double stiffness = 1.0 / (V3 * a.S3);
-  const double oil_spring = std::sqrt(d.A3 * d.A3 * stiffness / d.M);
-  const double piston =
-      stiffness * (slope(a.G3, a.Q3, s.p2_psi - s.p3_psi) + slope(a.G6, a.Q6, s.p3_psi - d.Pe) + d.c3 + G7) +
-      G7 / a.C8 + oil_spring;
-  double cavity = 0.0;
-  double ports = 0.0;
-  if (d.full) {
-    constexpr double kCornerIn = 0.002;
-    const double P4_rate = (a.Q4 - a.Q5 - d.A2 * a.alpha * s.v3_in_s) / a.C4;
-    ports = s.mode.plunger == Plunger::kFree ? std::fabs(P4_rate) * d.A2 / d.k2 / kCornerIn : 0.0;
-    const double surplus = a.Q3 - a.Q6 - a.Q8 - d.A3 * s.v3_in_s - d.c3 * (s.p3_psi - d.Pe);
-    cavity = std::fabs(stiffness * surplus / (s.p3_psi - d.oil.LowestPsi()));
-  }
-  return {relay > piston ? relay : piston, cavity, ports};
 }
 
 double RelayPortOpening(const Derived& d, const State& s, double p1_psi) noexcept {

@@ -18,16 +18,13 @@ struct Context {
   bool stiff;
 };
 
-StateVector RatesAt(const Context& c, const State& s) noexcept {
-  return Rates(c.d, s.Vector(), s.mode, c.p1_psi);
-}
-
-State Integrate(const Context& c, const State& s, double h_s) noexcept {
+/// @param now  rates at s
+State Integrate(const Context& c, const State& s, const StateVector& now, double h_s) noexcept {
   const auto rates = [&](const StateVector& y) noexcept { return Rates(c.d, y, s.mode, c.p1_psi); };
-  if (!c.stiff) return State::From(RungeKutta4<StateVector>(rates, s.Vector(), h_s), s.mode);
+  if (!c.stiff) return State::From(RungeKutta4<StateVector>(rates, s.Vector(), now, h_s), s.mode);
   StateVector scale;  // of x3, v3 and the pressures: inch, inch per second, psi
   scale << 1.0, 1.0, 1.0, 0.1, 1.0, 1.0;
-  StateVector y = Rodas3<StateVector>(rates, s.Vector(), h_s, scale);
+  StateVector y = Rodas3<StateVector>(rates, s.Vector(), now, h_s, scale);
   if (s.mode.PistonRests()) {  // to the last bit, whatever the linear solver rounds
     y[kX3] = s.x3_in;
     y[kV3] = 0.0;
@@ -57,36 +54,40 @@ struct Event {
 };
 
 /// The first event between two states of one mode.
-Event FirstEvent(const Context& c, const State& from, const State& to, double h_s) noexcept {
-  const auto ended = [](const Guard& g) noexcept { return g.value < 0.0; };
-  const Guards values = GuardsOf(c.d, to, c.p1_psi, StateVector::Zero());
-  if (std::none_of(values.begin(), values.end(), ended)) return {};
-  const Guards end = GuardsOf(c.d, to, c.p1_psi, RatesAt(c, to));
-  const Guards begin = GuardsOf(c.d, from, c.p1_psi, RatesAt(c, from));
+/// @param now  rates at `from`
+Event FirstEvent(const Context& c, const State& from, const StateVector& now, const State& to,
+                 double h_s) noexcept {
+  if (!AnyGuardEnded(c.d, to, c.p1_psi)) return {};
+  const Guards end = GuardsOf(c.d, to, c.p1_psi, Rates(c.d, to.Vector(), to.mode, c.p1_psi));
+  const Guards begin = GuardsOf(c.d, from, c.p1_psi, now);
   Event first;
   for (std::size_t i = 0; i < end.size(); ++i) {
-    if (!ended(end[i])) continue;
+    if (!(end[i].value < 0.0)) continue;
     const double fraction = HermiteZero(begin[i].value, h_s * begin[i].rate, end[i].value, h_s * end[i].rate);
     if (fraction < first.fraction) first = {fraction, i};
   }
   return first;
 }
 
-State SubStep(const Context& c, const State& state, double h_s) noexcept {
-  State s = state;
-  double left_s = h_s;
-  for (int event = 0; event < kMaxEventsPerSubStep; ++event) {
-    const State end = Integrate(c, s, left_s);
-    const Event first = FirstEvent(c, s, end, left_s);
-    if (first.fraction > 1.0) return end;
-    const double until_event_s = first.fraction * left_s;
-    if (until_event_s > 0.0) s = Integrate(c, s, until_event_s);
-    left_s -= until_event_s;
-    s = AfterEvent(c.d, s, first.guard);
-  }
+/// How to go on from a state.
+struct Plan {
+  double sub_steps;  ///< for what is left of the step
+  bool stiff;
+};
+
+Plan PlanFor(const Derived& d, const TimeScales& scales, double left_s, double h_s) noexcept {
+  double wanted = left_s * scales.FastestMode() / kRateTimesSubStep;
+  // The comparison is false where the rate is not a number.
+  const bool stiff = d.full && !(wanted * h_s <= kMostRungeKuttaSubSteps * left_s);
+  if (stiff) wanted = kRosenbrockSubSteps * left_s / h_s;
+  wanted = std::max({1.0, wanted, left_s * scales.stiffness / kStiffnessShare, left_s * scales.ports});
+  return {wanted > 1.0 ? std::ceil(wanted) : 1.0, stiff};
+}
+
+/// Holds the piston for what is left of the step; the next one begins at rest.
+void Hold(State& s) noexcept {
   s.v3_in_s = 0.0;
   if (!s.mode.PistonRests()) s.mode.motion = Motion::kStuck;
-  return Integrate(c, s, left_s);
 }
 
 }  // namespace
@@ -99,23 +100,30 @@ Mode ModeAtRest(const Derived& d, const State& state) noexcept {
 
 StepResult Step(const Derived& d, const State& state, double p1_psi, double h_s) noexcept {
   StepResult result{state};
+  State& s = result.state;
+  int events = 0;
   for (double left_s = h_s; left_s > 0.0;) {
-    const TimeScales scales = TimeScalesAt(d, result.state, p1_psi);
-    double wanted = left_s * scales.fastest_mode / kRateTimesSubStep;
-    // The comparison is false where the rate is not a number.
-    const bool stiff = d.full && !(wanted * h_s <= kMostRungeKuttaSubSteps * left_s);
-    if (stiff) wanted = kRosenbrockSubSteps * left_s / h_s;
-    wanted = std::ceil(std::max({1.0, wanted, left_s * scales.cavity / kCavityShare, left_s * scales.ports}));
+    const auto [rates, scales] = RatesAndScalesAt(d, s, p1_psi);
+    const Plan plan = PlanFor(d, scales, left_s, h_s);
+    const double budget = std::max(1.0, static_cast<double>(kMaxSubSteps + events - result.sub_steps));
+    if (!(plan.sub_steps <= budget)) result.resolved = false;
+    const double wanted = plan.sub_steps <= budget ? plan.sub_steps : budget;
 
-    const double budget = kMaxSubSteps - result.sub_steps;
-    if (!(wanted <= budget)) {
-      result.resolved = false;
-      wanted = budget;
-    }
+    const Context context = {d, p1_psi, plan.stiff};
     const double sub_step_s = left_s / wanted;
-    result.state = SubStep({d, p1_psi, stiff}, result.state, sub_step_s);
+    const State end = Integrate(context, s, rates, sub_step_s);
+    const Event event = events < kMaxEvents ? FirstEvent(context, s, rates, end, sub_step_s) : Event{};
     ++result.sub_steps;
-    left_s = wanted <= 1.0 ? 0.0 : left_s - sub_step_s;
+    if (event.fraction > 1.0) {
+      s = end;
+      left_s = wanted <= 1.0 ? 0.0 : left_s - sub_step_s;
+      continue;
+    }
+    const double until_event_s = event.fraction * sub_step_s;
+    if (until_event_s > 0.0) s = Integrate(context, s, rates, until_event_s);
+    s = AfterEvent(d, s, event.guard);
+    left_s -= until_event_s;
+    if (++events == kMaxEvents) Hold(s);
   }
   return result;
 }

@@ -148,6 +148,12 @@ def test_friction_is_said_to_be_left_out():
     assert with_friction["a"] == free["a"]
     assert any("friction.coulomb_psi = 5 psi is left out" in note for note in with_friction["notes"])
     assert not free["notes"]
+    full = {"model.physics": "full", **d.friction(5), "friction.breakaway_psi": 12, "friction.closing_ratio": 0.5}
+    (note,) = linear("--x3", 4, overrides=full)["notes"]
+    assert "breakaway_psi = 12 psi and the Stribeck curve" in note
+    assert "risen by 12 or fallen by 6 psi" in note
+    (note,) = linear("--x3", 4, overrides={"model.physics": "full", "friction.breakaway_psi": 12})["notes"]
+    assert "breakaway_psi = 12 psi" in note, "without Coulomb friction, too"
 
 
 def test_a_kink_is_said():

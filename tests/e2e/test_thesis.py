@@ -124,6 +124,12 @@ def test_text_and_markdown_say_the_same():
     assert thesis("--json", "--markdown").returncode == 2
 
 
+def test_the_tables_of_model_md_are_what_the_program_gives():
+    tool = Path(__file__).resolve().parents[2] / "tools" / "model_tables.py"
+    done = subprocess.run([sys.executable, str(tool), "--check"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 @pytest.fixture(scope="module")
 def plots(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plots") / "new"

@@ -132,7 +132,8 @@ TEST(Step, TakesTheSubStepsThatTheFastestModeNeeds) {
   for (int i = 0; i < 1'000; ++i) {
     const StepResult result = Step(d, s, start.p1_psi - 5.0);
     EXPECT_TRUE(result.resolved);
-    EXPECT_LE(TimeScalesAt(d, s, start.p1_psi - 5.0).fastest_mode * kTickS / result.sub_steps, 0.5);
+    EXPECT_LE(RatesAndScalesAt(d, s, start.p1_psi - 5.0).scales.FastestMode() * kTickS / result.sub_steps,
+              0.5);
     most = result.sub_steps > most ? result.sub_steps : most;
     s = result.state;
   }

@@ -2,6 +2,7 @@
 /// Constants computed once from the parameters; never stored in a file. Symbols of the thesis.
 
 #include "servohil/model/cam.hpp"
+#include "servohil/model/fixed_power.hpp"
 #include "servohil/model/load_curve.hpp"
 #include "servohil/model/oil.hpp"
 #include "servohil/model/parameters.hpp"
@@ -18,10 +19,13 @@ struct Derived {
   double A2;  ///< above the relay plunger
   double A3;  ///< main piston: pi d3² / 4
   // Springs and masses
-  double k1;  ///< [lbf/in]
-  double k2;  ///< [lbf/in]
-  double Fs;  ///< [lbf]
-  double M;   ///< m3 + m_e [lbf s²/in], (2.12), (2.13)
+  double k1;               ///< [lbf/in]
+  double k2;               ///< [lbf/in]
+  double Fs;               ///< [lbf]
+  double M;                ///< m3 + m_e [lbf s²/in], (2.12), (2.13)
+  double x1_per_psi;       ///< A1/k1 [in/psi], (2.1)
+  double plunger_per_psi;  ///< A2/k2 [in/psi], (2.2)
+  double plunger_at_zero;  ///< x2 - x4 at P4 = 0: -F_s/k2 [in], (2.2)
   // Orifices: k = c_d pi d sqrt(2/rho) [in² / (s psi^½)], (2.4) to (2.6)
   double k_relay;     ///< orifice 5, width w1
   double k_metering;  ///< orifices 3 and 6, diameter d6
@@ -70,8 +74,9 @@ struct Derived {
   double V8;  ///< [in³]
   double Va;  ///< [in³] at the charge pressure
   double k_gas;
-  double charge_abs;  ///< [psi absolute]
-  double precharge;   ///< [psi gauge]; minus infinity in the thesis
+  double gas_capacity;   ///< V_a P_charge_abs^(1/k) / k: V_gas/(k P8) = gas_capacity gas_power(P8_abs)
+  FixedPower gas_power;  ///< of -1 - 1/k
+  double precharge;      ///< [psi gauge]; minus infinity in the thesis
 
   Cam cam;
   LoadCurve load_up;  ///< for a rising piston and, with one curve, for both

@@ -32,12 +32,11 @@ inline double OrificeConductance(double dP, double a_squared, double k, double p
 }
 
 /// Flow through the capillary in the relay plunger, laminar with entrance loss, thesis (2.3):
-///   dP = a Q (1 + b Q)   =>   Q = (-1 + sqrt(1 + 4 b dP / a)) / (2 b)
+///   dP = a Q (1 + b Q)   =>   Q = (-1 + sqrt(1 + 4 b dP / a)) / (2 b) = 2 dP / (a + sqrt(a² + 4 a b dP))
 ///   a = 128 mu L4 / (pi d4⁴) [lbf s/in⁵]   b = 2.28 rho / (16 pi mu L4) [s/in³]
 /// The one physical root (errata 11), written so that nothing cancels and b may be 0.
 inline double CapillaryFlow(double dP, double a, double b) noexcept {
-  const double laminar = dP / a;
-  return 2.0 * laminar / (1.0 + std::sqrt(1.0 + 4.0 * b * std::fabs(laminar)));
+  return 2.0 * dP / (a + std::sqrt(a * a + 4.0 * a * b * std::fabs(dP)));
 }
 
 }  // namespace servohil::model

@@ -10,8 +10,9 @@
 /// Where a law is smooth only once (end losses Q |Q| of a capillary at rest) the mean of the one-sided
 /// extrapolations is taken, since it has the smaller bound.
 ///
-/// Coulomb friction has no linear model: below breakaway a stuck piston does not move at all, above it
-/// friction takes energy out of every swing. The linear model is that of the piston without it.
+/// Dry friction (Coulomb, breakaway, Stribeck) has no linear model: below breakaway a stuck piston does not
+/// move at all, above it friction takes energy out of every swing. The linear model is that of the piston
+/// without it.
 
 #include <array>
 

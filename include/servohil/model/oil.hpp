@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "servohil/model/fixed_power.hpp"
 #include "servohil/model/parameters.hpp"
 
 namespace servohil::model {
@@ -18,18 +19,37 @@ class OilModulus {
  public:
   OilModulus(const OilParameters& oil, double liquid_modulus_psi) noexcept;
 
+  /// 1/K as a fraction, both parts above 0: what divides by a compliance divides once.
+  struct Fraction {
+    double numerator;
+    double denominator;
+  };
+
   /// 1/K [1/psi > 0] at P [psi gauge]. Real-time safe.
   double Compressibility(double p_psi) const noexcept {
+    const Fraction f = CompressibilityFraction(p_psi);
+    return f.numerator / f.denominator;
+  }
+  Fraction CompressibilityFraction(double p_psi) const noexcept {
     const double gap = p_psi + kAtmospherePsi - vapour_psi_;
     // Where a stage of the integrator looks below vapour pressure, 1/K is that of this distance above it.
     constexpr double kSmallestGapPsi = 1.0e-6;
-    const double inverse_gap = 1.0 / (gap < kSmallestGapPsi ? kSmallestGapPsi : gap);  // a NaN stays one
-    const double ratio = (kAtmospherePsi - vapour_psi_) * inverse_gap;
-    if (only_nuclei_) {
-      const double gas = kNuclei * ratio;
-      return (inverse_liquid_ + gas * inverse_gap) / (1.0 + gas);
-    }
-    return WithAir(p_psi, inverse_gap, ratio);
+    const double held = gap < kSmallestGapPsi ? kSmallestGapPsi : gap;  // a NaN stays one
+    if (!only_nuclei_) return WithAir(p_psi, 1.0 / held);
+    // V_g = c/gap, -dV_g/dP = c/gap²; both parts times gap².
+    const double c = kNuclei * (kAtmospherePsi - vapour_psi_);
+    return {inverse_liquid_ * held * held + c, held * (held + c)};
+  }
+
+  /// Bound of |d ln K/dP| [1/psi]: over which pressure the stiffness changes, 1/(P - p_v), and below the
+  /// dissolution pressure 1/(p_d - P) down to where the liquid is softer than the rest of the air. Real-time
+  /// safe.
+  double StiffnessChange(double p_psi) const noexcept {
+    const double above_vapour = 1.0 / (p_psi - LowestPsi());
+    if (inverse_dissolution_span_ == 0.0 || air_ == 0.0) return above_vapour;
+    const double below_dissolution = 1.0 / inverse_dissolution_span_ - p_psi;
+    if (below_dissolution < -dissolution_edge_psi_) return above_vapour;
+    return above_vapour + 1.0 / std::fmax(below_dissolution, dissolution_edge_psi_);
   }
 
   /// Lowest pressure there can be, exclusive [psi gauge].
@@ -40,14 +60,16 @@ class OilModulus {
   /// Its effect on K is below 1 % at atmospheric pressure and 0.1 % from 20 psi gauge on (nominal oil).
   static constexpr double kNuclei = 1.0e-6;
 
-  double WithAir(double p_psi, double inverse_gap, double ratio) const noexcept;
+  Fraction WithAir(double p_psi, double inverse_gap) const noexcept;
 
   double inverse_liquid_;
   double air_;
   double inverse_index_;
+  FixedPower expansion_;  ///< ratio^(1/n)
   bool only_nuclei_;
   double vapour_psi_;
-  double inverse_dissolution_span_;  ///< 1/(p_d - p_atm); 0 where nothing dissolves
+  double inverse_dissolution_span_;    ///< 1/(p_d - p_atm); 0 where nothing dissolves
+  double dissolution_edge_psi_ = 0.0;  ///< below p_d, where the rest of the air is as soft as the liquid
 };
 
 struct Oil {

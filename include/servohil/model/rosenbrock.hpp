@@ -12,16 +12,16 @@
 namespace servohil::model {
 
 /// @param f  vector f(vector y): dy/dt, autonomous over the step
+/// @param f0  f(y)
 /// @param h  step [s]
 /// @param scale  typical size of each component: the Jacobian's differences are 1e-7 of it or of the
 /// component
 template <typename Vector, typename Function>
-Vector Rodas3(const Function& f, const Vector& y, double h, const Vector& scale) {
+Vector Rodas3(const Function& f, const Vector& y, const Vector& f0, double h, const Vector& scale) {
   constexpr int kSize = Vector::RowsAtCompileTime;
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
   constexpr double kGamma = 0.5;
 
-  const Vector f0 = f(y);
   Matrix system;  // 1/(h gamma) I - J
   for (int j = 0; j < kSize; ++j) {
     const double step = 1e-7 * (scale[j] + std::fabs(y[j]));

@@ -33,21 +33,29 @@ Outputs ComputeOutputs(const Derived& d, const State& state, double p1_psi) noex
 
 /// How fast the state can change [1/s]: what the integrator's sub-steps follow.
 struct TimeScales {
-  /// Upper bound of the fastest mode: the largest of
-  ///   the relay chamber's   (dQ5/dP4 + dQ5/dx2 A2/k2 + 1/a) / (V4/K + A2²/k2)
-  ///   the piston chamber's  K/V3 (dQ3/dP3 + dQ6/dP3 + c3 + 1/R7) + 1/(R7 C8) + sqrt(K A3² / (V3 M))
-  /// where the root is the frequency of oil spring and piston (section 3.4). Thesis: unbounded as any
-  /// orifice's dP tends to 0.
-  double fastest_mode;
-  /// |dP3/dt| over the distance of P3 to vapour pressure: where a cavity opens or closes. 0 in the thesis.
-  double cavity;
+  /// Upper bounds of the fastest mode, by chamber. Thesis: unbounded as any orifice's dP tends to 0.
+  ///   relay   (dQ5/dP4 + dQ5/dx2 A2/k2 + 1/a) / (V4/K + A2²/k2)
+  ///   piston  K/V3 (dQ3/dP3 + dQ6/dP3 + c3 + 1/R7) + 1/(R7 C8) + sqrt(K A3² / (V3 M))
+  /// where the root is the frequency of oil spring and piston (section 3.4).
+  double relay_mode;
+  double piston_mode;
+  /// |dP/dt| over the pressure in which the oil's stiffness changes, of P3 and P4: where a cavity opens or
+  /// closes, or the last air dissolves. 0 in the thesis.
+  double stiffness;
   /// |d(x2 - x4)/dt| over 0.002 in, the width of the corner that underlap and clearance give the metering
   /// ports. 0 in the thesis.
   double ports;
+
+  double FastestMode() const noexcept { return relay_mode > piston_mode ? relay_mode : piston_mode; }
 };
 
-/// Real-time safe.
-TimeScales TimeScalesAt(const Derived& d, const State& state, double p1_psi) noexcept;
+struct RatesAndScales {
+  StateVector rates;
+  TimeScales scales;
+};
+
+/// Both, for the price of one evaluation and a few divisions. Real-time safe.
+RatesAndScales RatesAndScalesAt(const Derived& d, const State& state, double p1_psi) noexcept;
 
 /// x2 - x1 [in]: opening of orifice 5, before its clearance and height. Real-time safe.
 double RelayPortOpening(const Derived& d, const State& state, double p1_psi) noexcept;

@@ -30,16 +30,18 @@ inline constexpr double kRateTimesSubStep = 0.5;
 inline constexpr double kMostRungeKuttaSubSteps = 24.0;
 inline constexpr double kRosenbrockSubSteps = 8.0;
 
-/// A sub-step lets the distance of P3 to vapour pressure change by no more than this share.
-inline constexpr double kCavityShare = 0.5;
+/// A sub-step lets P3 and P4 change by no more than this share of the pressure in which the oil's stiffness
+/// does: of their distance to vapour pressure, or to the pressure at which the last air dissolves.
+inline constexpr double kStiffnessShare = 0.5;
 
-/// Events handled in one sub-step: of each of piston, plunger and diaphragm two. Past it the piston is held
-/// for what is left of the sub-step, and the next one begins at rest.
-inline constexpr int kMaxEventsPerSubStep = 6;
+/// Events handled in one step: of each of piston, plunger, diaphragm and relay port two. Each ends a
+/// sub-step, since the mode that follows may be far faster. After the last the piston is held for what is
+/// left of the step, and the next one begins at rest.
+inline constexpr int kMaxEvents = 8;
 
 struct StepResult {
   State state;
-  int sub_steps = 0;
+  int sub_steps = 0;     ///< at most kMaxSubSteps + kMaxEvents
   bool resolved = true;  ///< false: more than kMaxSubSteps would have been needed, the state is less accurate
 };
 
