@@ -313,7 +313,7 @@ TEST(CheckVerdict, IsFitAtTheNumberOfTicksThatHolds) {
 
 TEST(CheckVerdict, IsUnfitWhenNothingHoldsOrSomethingIsBad) {
   const Verdict late = Judge({}, WithLevels({{1, false}, {50, false}}), 50);
-  EXPECT_EQ(late.text, "UNFIT: ticks are late at any number of ticks per wake");
+  EXPECT_EQ(late.text, "UNFIT: ticks are late, or nearly so, at any number of ticks per wake");
   EXPECT_FALSE(late.as_configured);
   const Verdict bad =
       Judge({{"kernel", Grade::kWarn, "", ""}, {"CAN", Grade::kBad, "", ""}}, WithLevels({{1, true}}), 10);

@@ -21,6 +21,12 @@ const char* Name(Grade grade) {
   return "?";
 }
 
+/// OK; NEAR: none was late, but the margin is gone; LATE.
+const char* Name(const Level& level) {
+  if (level.holds) return "OK";
+  return level.late_wakes == 0 ? "NEAR" : "LATE";
+}
+
 double Us(std::uint64_t ns) {
   return static_cast<double>(ns) / 1e3;
 }
@@ -36,7 +42,7 @@ std::string Line(const Level& level) {
   return Formatted(
       "%-4s  %d tick%s per wake: worst %.3f ms after its deadline, %llu of %llu wakes late; latency median "
       "%.1f us, 99.9 %% %.1f us; compute median %.1f us, worst %.1f us; %.1f s\n",
-      level.holds ? "OK" : "LATE", level.wake_ticks, level.wake_ticks == 1 ? "" : "s",
+      Name(level), level.wake_ticks, level.wake_ticks == 1 ? "" : "s",
       static_cast<double>(level.worst_lateness_ns) / 1e6, static_cast<unsigned long long>(level.late_wakes),
       static_cast<unsigned long long>(level.wakes), Us(level.latency_median_ns), Us(level.latency_p999_ns),
       Us(level.compute_median_ns), Us(level.compute_worst_ns), level.measured_s);
@@ -51,7 +57,7 @@ ordered_json Object(const Finding& finding) {
 
 ordered_json Object(const Level& level) {
   return {{"wake_ticks", level.wake_ticks},
-          {"verdict", level.holds ? "OK" : "LATE"},
+          {"verdict", Name(level)},
           {"measured_s", level.measured_s},
           {"wakes", level.wakes},
           {"late_wakes", level.late_wakes},

@@ -17,9 +17,9 @@ std::string NamesOfBad(const Findings& findings) {
 
 std::string Unfit(const Findings& findings, const Measurement& measurement) {
   const std::optional<int> loop = measurement.Fit();
-  if (!AnyBad(findings)) return "UNFIT: ticks are late at any number of ticks per wake";
+  if (!AnyBad(findings)) return "UNFIT: ticks are late, or nearly so, at any number of ticks per wake";
   return "UNFIT: " + NamesOfBad(findings) +
-         (loop ? "; the loop alone holds at " + LoopText(*loop) : "; and ticks are late");
+         (loop ? "; the loop alone holds at " + LoopText(*loop) : "; and ticks are late, or nearly so");
 }
 
 }  // namespace
