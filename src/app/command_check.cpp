@@ -21,6 +21,9 @@ struct Options {
 
 check::Findings Look(const Configuration& configuration) {
   const check::SystemFiles files;
+  if (check::IsUserModeLinux(files))
+    throw EnvironmentError(
+        "check: this is a user-mode Linux, whose time says nothing about a bench; run it outside");
   check::Findings all;
   const auto add = [&](const check::Findings& some) { all.insert(all.end(), some.begin(), some.end()); };
   add(check::CheckKernel(files, check::TimerResolutionNs()));

@@ -153,6 +153,12 @@ TEST_F(Check, VirtualMachine) {
   EXPECT_TRUE(Has(machine.value, "KVM"));
 }
 
+TEST_F(Check, UserModeLinux) {
+  EXPECT_FALSE(IsUserModeLinux(files_));
+  Write("proc/cpuinfo", "processor\t: 0\nvendor_id\t: User Mode Linux\n");
+  EXPECT_TRUE(IsUserModeLinux(files_));
+}
+
 TEST_F(Check, Load) {
   Write("proc/loadavg", "2.10 1.00 1.00 1/200 1000");
   EXPECT_EQ(Of(Kernel(), "load").grade, Grade::kWarn) << "more than half of 4 CPUs";

@@ -61,7 +61,6 @@ std::string Hypervisor(const SystemFiles& files) {
   if (const auto type = files.Read("sys/hypervisor/type")) return *type;
   if (files.Exists("proc/device-tree/hypervisor/compatible")) return "of the device tree";
   const std::string cpu = files.Read("proc/cpuinfo").value_or("");
-  if (cpu.find("User Mode Linux") != std::string::npos) return "user-mode Linux";
   if (cpu.find(" hypervisor") == std::string::npos) return "";
   return files.Read("sys/class/dmi/id/product_name").value_or("of unknown name");
 }
@@ -86,6 +85,10 @@ Finding Load(const SystemFiles& files) {
 }
 
 }  // namespace
+
+bool IsUserModeLinux(const SystemFiles& files) {
+  return files.Read("proc/cpuinfo").value_or("").find("User Mode Linux") != std::string::npos;
+}
 
 std::int64_t TimerResolutionNs() noexcept {
   timespec resolution{};
