@@ -231,6 +231,7 @@ TEST_F(Check, Interrupts) {
   for (const char* number : {"25", "130"})  // where they really go counts
     Write(std::string("proc/irq/") + number + "/effective_affinity_list", "0");
   EXPECT_EQ(Of(Cpu(), "interrupts").grade, Grade::kOk);
+  EXPECT_EQ(Of(Cpu(-1), "interrupts").fix, "--set loop.cpu=3") << "on any CPU, there is always one";
 }
 
 TEST_F(Check, CanInterfaceThatIsNotThere) {

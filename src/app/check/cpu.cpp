@@ -26,17 +26,22 @@ std::vector<int> LoopCpus(const SystemFiles& files, int loop_cpu) {
   return CpuList(files, kCpus + "online");
 }
 
+/// The one that a loop would be given: CPU 0 has most of the kernel's own work.
+std::string LastCpu(const SystemFiles& files) {
+  const std::vector<int> online = CpuList(files, kCpus + "online");
+  return std::to_string(online.empty() ? 0 : online.back());
+}
+
 Finding Isolation(const SystemFiles& files, int cpu) {
   const std::vector<int> online = CpuList(files, kCpus + "online");
-  if (cpu < 0) {
-    const std::string last = std::to_string(online.empty() ? 0 : online.back());
+  const std::string last = LastCpu(files);
+  if (cpu < 0)
     return {"isolation", Grade::kWarn, "loop.cpu = -1: any CPU, shared with everything else",
             "kernel command line: isolcpus=" + last + " nohz_full=" + last + "; then --set loop.cpu=" + last};
-  }
   const std::string n = std::to_string(cpu);
   if (!Contains(online, cpu))
     return {"isolation", Grade::kBad, "loop.cpu = " + n + " is not there; online are " + CpuListText(online),
-            "--set loop.cpu=" + std::to_string(online.empty() ? 0 : online.back())};
+            "--set loop.cpu=" + last};
   const bool isolated = Contains(CpuList(files, kCpus + "isolated"), cpu) ||
                         Contains(CpuList(files, "sys/fs/cgroup/cpuset.cpus.isolated"), cpu);
   const bool tickless = Contains(CpuList(files, kCpus + "nohz_full"), cpu);
@@ -122,7 +127,9 @@ bool MayComeOn(const SystemFiles& files, const std::string& irq, int cpu) {
 }
 
 Finding Interrupts(const SystemFiles& files, int cpu) {
-  if (cpu < 0) return {"interrupts", Grade::kWarn, "loop.cpu = -1: may come on the loop's CPU", ""};
+  if (cpu < 0)
+    return {"interrupts", Grade::kWarn, "loop.cpu = -1: may come on the loop's CPU",
+            "--set loop.cpu=" + LastCpu(files)};
   std::string numbers;
   std::string named;
   for (const std::string& irq : files.List("proc/irq")) {

@@ -32,7 +32,7 @@ Finding Timers(const SystemFiles& files, std::int64_t resolution_ns) {
   const bool inactive = timer_list.find(".hres_active    : 0") != std::string::npos;
   if (resolution_ns <= kEnoughNs && !inactive) return {"timers", Grade::kOk, value, ""};
   return {"timers", Grade::kBad, value + ", high-resolution timers are off",
-          "take highres=off and nohz=off from the kernel command line, then sudo reboot"};
+          "take highres=off from the kernel command line (/etc/default/grub, sudo update-grub, sudo reboot)"};
 }
 
 Finding ClockSource(const SystemFiles& files) {
