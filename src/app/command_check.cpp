@@ -46,8 +46,8 @@ void AddRefusals(check::Findings& findings, const rt::Shortcomings& missing) {
 
 int Check(const Options& options) {
   const Configuration configuration = options.configuration.Load();
-  const model::Derived derived(configuration.model);
-  const model::SteadyState start = RequireSteadyStateAt(derived, configuration.start_x3_in);
+  const model::SteadyState start =
+      RequireSteadyStateAt(model::Derived(configuration.model), configuration.start_x3_in);
   std::ofstream file;
   if (!options.json.empty() && options.json != "-") {
     file.open(options.json);
@@ -55,7 +55,7 @@ int Check(const Options& options) {
   }
   check::Report report{
       .findings = Look(configuration), .measurement = {}, .loop = configuration.loop, .verdict = {}};
-  report.measurement = check::Measure(derived, start, configuration.loop, options.duration_s);
+  report.measurement = check::Measure(configuration.model, start, configuration.loop, options.duration_s);
   AddRefusals(report.findings, report.measurement.missing);
   report.verdict = check::Judge(report.findings, report.measurement, configuration.loop.wake_ticks);
 

@@ -333,7 +333,7 @@ TEST(CheckVerdict, IsUnfitWhenNothingHoldsOrSomethingIsBad) {
 /// last may hold, and `holds` is the rule applied to the figures beside it.
 TEST(CheckMeasurement, RisesUntilOneHolds) {
   const testing::DefaultSetup setup({"loop.wake_ticks=30"});
-  const Measurement measured = Measure(setup.derived, setup.start, setup.configuration.loop, 0.5);
+  const Measurement measured = Measure(setup.configuration.model, setup.start, setup.configuration.loop, 0.5);
   const std::vector<int> expected = {1, 2, 5, 10, 20, 30, 50};
   ASSERT_FALSE(measured.levels.empty());
   EXPECT_GE(measured.load_threads, 1U);

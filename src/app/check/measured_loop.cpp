@@ -15,8 +15,12 @@ std::int64_t Ns(double seconds) noexcept {
   return static_cast<std::int64_t>(seconds * 1e9);
 }
 
+std::uint64_t LateWakes(const rt::LoopTiming& timing) noexcept {
+  return timing.late_wakes;
+}
+
 bool Holds(int wake_ticks, const rt::LoopTiming& timing) noexcept {
-  return timing.late_wakes == 0 && HoldsWithMargin(wake_ticks, timing.worst_lateness_ns,
+  return LateWakes(timing) == 0 && HoldsWithMargin(wake_ticks, timing.worst_lateness_ns,
                                                    static_cast<std::int64_t>(timing.compute.MaxNs()));
 }
 
@@ -44,7 +48,7 @@ Level RunLevel(Simulation& simulation, double rest_p1_psi, int wake_ticks, doubl
       .holds = Holds(wake_ticks, timing),
       .measured_s = static_cast<double>(rt::MonotonicNs() - begin_ns) / 1e9,
       .wakes = timing.wakes,
-      .late_wakes = timing.late_wakes,
+      .late_wakes = LateWakes(timing),
       .worst_lateness_ns = timing.worst_lateness_ns,
       .latency_median_ns = timing.wake_latency.QuantileNs(0.5),
       .latency_p999_ns = timing.wake_latency.QuantileNs(0.999),

@@ -12,7 +12,7 @@
 namespace servohil::app::check {
 namespace {
 
-std::vector<Level> MeasureLevels(const model::Derived& derived, const model::SteadyState& start,
+std::vector<Level> MeasureLevels(const model::Parameters& parameters, const model::SteadyState& start,
                                  int configured_ticks, double duration_s) {
   std::set<int> all = {1, 2, 5, 10, 20, 50};
   all.insert(configured_ticks);
@@ -22,7 +22,7 @@ std::vector<Level> MeasureLevels(const model::Derived& derived, const model::Ste
   for (const int wake_ticks : all) {
     const double left_s = duration_s - static_cast<double>(rt::MonotonicNs() - begin_ns) / 1e9;
     const double share_s = wake_ticks == *all.rbegin() ? left_s : left_s / 2.0;
-    Simulation simulation(derived, start);
+    Simulation simulation(model::Derived(parameters), start);
     levels.push_back(RunLevel(simulation, start.p1_psi, wake_ticks, share_s, std::min(share_s, enough_s)));
     if (levels.back().holds) break;
   }
@@ -31,8 +31,8 @@ std::vector<Level> MeasureLevels(const model::Derived& derived, const model::Ste
 
 }  // namespace
 
-Measurement Measure(const model::Derived& derived, const model::SteadyState& start, const LoopSettings& loop,
-                    double duration_s) {
+Measurement Measure(const model::Parameters& parameters, const model::SteadyState& start,
+                    const LoopSettings& loop, double duration_s) {
   Measurement result;
   const BackgroundLoad load;
   result.load_threads = load.Threads();
@@ -44,7 +44,7 @@ Measurement Measure(const model::Derived& derived, const model::SteadyState& sta
     for (const std::string& one : rt::MakeThreadRealTime(loop.priority, loop.cpu))
       result.missing.push_back(one);
     rt::PrefaultStack();
-    result.levels = MeasureLevels(derived, start, loop.wake_ticks, duration_s);
+    result.levels = MeasureLevels(parameters, start, loop.wake_ticks, duration_s);
   });
   measuring.join();
   return result;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "servohil/app/configuration.hpp"
-#include "servohil/model/derived.hpp"
+#include "servohil/model/parameters.hpp"
 #include "servohil/model/steady_state.hpp"
 #include "servohil/rt/process.hpp"
 
@@ -54,7 +54,7 @@ constexpr bool HoldsWithMargin(int wake_ticks, std::int64_t worst_lateness_ns,
 /// after a twelfth of the whole. The loop runs in a thread of its own with the priority and CPU of `loop`, as
 /// far as permitted, while a BackgroundLoad disturbs it.
 /// @param duration_s  of everything, > 0
-Measurement Measure(const model::Derived& derived, const model::SteadyState& start, const LoopSettings& loop,
-                    double duration_s);
+Measurement Measure(const model::Parameters& parameters, const model::SteadyState& start,
+                    const LoopSettings& loop, double duration_s);
 
 }  // namespace servohil::app::check
