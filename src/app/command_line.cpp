@@ -62,6 +62,7 @@ int Main(int argc, char** argv) {
   AddSteadyCommand(program, exit_status);
   AddLinearCommand(program, exit_status);
   AddThesisCommand(program, exit_status);
+  AddCheckCommand(program, exit_status);
   try {
     program.parse(argc, argv);
     return exit_status;

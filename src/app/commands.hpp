@@ -18,6 +18,7 @@ inline constexpr int kExitNotValid = 1;     ///< the run was not valid, or the r
 inline constexpr int kExitUsage = 2;        ///< usage or configuration
 inline constexpr int kExitEnvironment = 3;  ///< the machine lacks something
 
+void AddCheckCommand(CLI::App& program, int& exit_status);
 void AddFaultCommand(CLI::App& program, int& exit_status);
 void AddLinearCommand(CLI::App& program, int& exit_status);
 void AddReplayCommand(CLI::App& program, int& exit_status);

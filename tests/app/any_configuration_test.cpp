@@ -67,7 +67,7 @@ TEST(AnyConfiguration, IsFiniteUnderAnyP1) {
       const testing::DefaultSetup setup(settings);
       if (!setup.start) continue;
       ++runs;
-      Simulation simulation(setup.derived, setup.start);
+      Simulation simulation(setup.configuration.model, setup.start);
       double p1_psi = 0.0;
       for (int tick = 0; tick < 1'200; ++tick) {
         if (tick % 150 == 0)

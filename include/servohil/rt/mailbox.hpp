@@ -8,10 +8,12 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "servohil/rt/memory.hpp"
+
 namespace servohil::rt {
 
 /// One producer thread, one consumer thread. Real-time safe on both sides.
-template <typename T>
+template <typename T, typename Memory = StandardMemory>
 class Mailbox {
   static_assert(std::is_trivially_copyable_v<T>);
 
@@ -35,11 +37,11 @@ class Mailbox {
   static constexpr std::uint8_t kFresh = 4;
   static constexpr std::uint8_t kIndex = 3;
   struct alignas(64) Slot {
-    T value{};
+    typename Memory::template Cell<T> value{};
   };
 
   std::array<Slot, 3> slots_{};
-  alignas(64) std::atomic<std::uint8_t> shared_{1};
+  alignas(64) typename Memory::template Atomic<std::uint8_t> shared_{1};
   alignas(64) std::uint8_t write_ = 0;  ///< producer's
   alignas(64) std::uint8_t read_ = 2;   ///< consumer's
 };

@@ -9,10 +9,12 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "servohil/rt/memory.hpp"
+
 namespace servohil::rt {
 
 /// One producer thread, one consumer thread. Real-time safe on both sides.
-template <typename T, std::size_t kCapacity>
+template <typename T, std::size_t kCapacity, typename Memory = StandardMemory>
 class Ring {
   static_assert(std::is_trivially_copyable_v<T>);
   static_assert(std::has_single_bit(kCapacity));
@@ -49,11 +51,14 @@ class Ring {
   std::uint64_t Dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
  private:
-  std::array<T, kCapacity> items_{};
-  alignas(64) std::atomic<std::size_t> tail_{0};
+  template <typename Value>
+  using Atomic = typename Memory::template Atomic<Value>;
+
+  std::array<typename Memory::template Cell<T>, kCapacity> items_{};
+  alignas(64) Atomic<std::size_t> tail_{0};
   std::size_t cached_head_ = 0;  ///< producer's
-  std::atomic<std::uint64_t> dropped_{0};
-  alignas(64) std::atomic<std::size_t> head_{0};
+  Atomic<std::uint64_t> dropped_{0};
+  alignas(64) Atomic<std::size_t> head_{0};
   std::size_t cached_tail_ = 0;  ///< consumer's
 };
 

@@ -1,0 +1,28 @@
+#pragma once
+/// The buses of the configuration: whether each is there, up, at the right bit rate, and without errors.
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "findings.hpp"
+#include "servohil/app/configuration.hpp"
+#include "system_files.hpp"
+
+namespace servohil::app::check {
+
+/// What only the controller knows.
+struct Controller {
+  std::optional<std::uint32_t> bit_rate_bit_s;
+  std::string state;  ///< as can::DescribeInterface() says it: "up, 500000 bit/s, error-active"
+};
+using AskController = std::function<Controller(const std::string& interface)>;
+
+/// Asks the kernel of this machine.
+Controller AskKernel(const std::string& interface);
+
+/// One finding for each bus in can.buses.
+Findings CheckBuses(const SystemFiles& files, const CanSettings& can, const AskController& ask);
+
+}  // namespace servohil::app::check
