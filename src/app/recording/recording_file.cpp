@@ -56,6 +56,13 @@ std::string Joined(const std::vector<std::string>& items) {
 hdf5::Id CreateFile(const std::string& name) {
   const hdf5::Id access(H5Pcreate(H5P_FILE_ACCESS));
   H5Pset_libver_bounds(*access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+  // The library keeps one chunk of a column, no more, so that little waits for the disk that may be full. Set
+  // for the file: single-writer mode forgets what is set for a dataset.
+  constexpr int kIgnored = 0;
+  constexpr std::size_t kSlots = 3;
+  constexpr std::size_t kChunkBytes = kTicksPerChunk * sizeof(double);
+  constexpr double kEvictWritten = 1.0;
+  H5Pset_cache(*access, kIgnored, kSlots, kChunkBytes, kEvictWritten);
   return hdf5::Require(hdf5::Id(H5Fcreate(name.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, *access)),
                        name + ": cannot be made");
 }
