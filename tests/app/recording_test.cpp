@@ -14,6 +14,7 @@
 #include <fstream>
 #include <random>
 #include <sstream>
+#include <thread>
 
 #include "default_setup.hpp"
 #include "scratch.hpp"
@@ -402,6 +403,39 @@ TEST(Recording, LogsEveryFrameInOrderOfTime) {
             "(1436509053.000000) vcan0 007#R5\n"
             "(1436509053.000001) vcan0 007##10F\n"
             "(1436509053.000001) vcan0 007##00F\n");
+}
+
+TEST(Recording, TakesFromThreeThreadsAtOnce) {
+  const Scratch scratch;
+  const testing::DefaultSetup setup;
+  constexpr std::uint64_t kTicks = 100'000;
+  constexpr std::uint64_t kFrames = 50'000;
+  Recorder recorder(scratch / "run", Attributes(setup), setup.contract);
+  std::thread simulation([&] {
+    Telemetry telemetry;
+    for (std::uint64_t tick = 1; tick <= kTicks; ++tick) {
+      if (tick % 10 == 0) recorder.RecordCommand(tick, 30.0);
+      telemetry.sample.tick = tick;
+      recorder.RecordTick(telemetry);
+    }
+  });
+  std::thread receiver([&] {
+    const can::Frame frame{.id = 0x100, .size = 4};
+    for (std::uint64_t i = 0; i < kFrames; ++i) recorder.RecordReceived(frame, 0);
+  });
+  std::thread sender([&] {
+    const can::Frame frame = setup.contract.Encode(Published::kStatus, {}, {});
+    for (std::uint64_t i = 0; i < kFrames; ++i) recorder.RecordSent(i, Published::kStatus, frame);
+  });
+  simulation.join();
+  receiver.join();
+  sender.join();
+  const RecordingReport report = recorder.Finish(kEnd);
+  EXPECT_EQ(report.samples + report.samples_lost, kTicks);
+  EXPECT_EQ(report.commands + report.commands_lost, kTicks / 10);
+  EXPECT_EQ(report.frames + report.frames_lost, 2 * kFrames);
+  EXPECT_EQ(report.complete, report.samples_lost + report.commands_lost + report.frames_lost == 0);
+  EXPECT_EQ(RecordingReader(scratch / "run").SampleCount(), report.samples);
 }
 
 /// Records in a process of its own, which is killed once there is enough on file.
