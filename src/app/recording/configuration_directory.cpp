@@ -50,7 +50,7 @@ std::filesystem::path WriteConfigurationDirectory(const RecordingAttributes& att
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (error) throw EnvironmentError(directory.string() + ": cannot be made: " + error.message());
-  const std::filesystem::path configuration = directory / "servohil.toml";
+  std::filesystem::path configuration = directory / "servohil.toml";
   WriteText(configuration, attributes.configuration_toml);
   WriteText(directory / kLoadFileName, attributes.load_csv);
   if (!attributes.load_closing_csv.empty())

@@ -63,7 +63,10 @@ hdf5::Id CreateFile(const std::string& name) {
   constexpr std::size_t kChunkBytes = kTicksPerChunk * sizeof(double);
   constexpr double kEvictWritten = 1.0;
   H5Pset_cache(*access, kIgnored, kSlots, kChunkBytes, kEvictWritten);
-  return hdf5::Require(hdf5::Id(H5Fcreate(name.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, *access)),
+  // Attributes of any size: not in the object header (64 KiB), but in a heap of their own.
+  const hdf5::Id creation(H5Pcreate(H5P_FILE_CREATE));
+  H5Pset_attr_phase_change(*creation, 0, 0);
+  return hdf5::Require(hdf5::Id(H5Fcreate(name.c_str(), H5F_ACC_EXCL, *creation, *access)),
                        name + ": cannot be made");
 }
 

@@ -40,7 +40,7 @@ hdf5::Id CreationProperties(Packing packing, hsize_t chunk_rows) {
 }  // namespace
 
 TableWriter::TableWriter(hid_t parent, const std::string& group, const std::vector<TableColumn>& columns,
-                         std::size_t chunk_rows, std::string file)
+                         std::size_t chunk_rows, const std::string& file)
     : chunk_rows_(chunk_rows) {
   const hdf5::Id links(H5Pcreate(H5P_LINK_CREATE));
   H5Pset_create_intermediate_group(*links, 1);
