@@ -63,6 +63,7 @@ std::string LastError() {
         return 0;
       },
       &text);
+  H5Eclear2(H5E_DEFAULT);  // else lost with the thread
   // The POSIX driver's description is a list; what the system said is in it.
   constexpr std::string_view kMark = "error message = '";
   if (const std::size_t at = text.find(kMark); at != std::string::npos) {
