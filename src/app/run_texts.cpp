@@ -54,7 +54,7 @@ std::filesystem::path WriteConfigurationDirectory(const RunTexts& texts,
   std::error_code error;
   std::filesystem::create_directories(directory, error);
   if (error) throw EnvironmentError(directory.string() + ": cannot be made: " + error.message());
-  const std::filesystem::path configuration = directory / "servohil.toml";
+  std::filesystem::path configuration = directory / "servohil.toml";
   WriteText(configuration, texts.configuration_toml);
   WriteText(directory / kLoadFileName, texts.load_csv);
   if (!texts.load_closing_csv.empty()) WriteText(directory / kLoadClosingFileName, texts.load_closing_csv);

@@ -8,6 +8,8 @@
 #include <thread>
 
 #include "default_setup.hpp"
+#include "scratch.hpp"
+#include "servohil/app/recording/recorder.hpp"
 #include "servohil/rt/periodic_loop.hpp"
 #include "servohil/rt/process.hpp"
 
@@ -76,6 +78,24 @@ TEST(Allocations, AndPageFaultsAreNoneInTenThousandTicksAfterTheStart) {
   EXPECT_EQ(wakes, 10'000U);
   EXPECT_EQ(allocations, 0);
   EXPECT_EQ(page_faults, 0);
+}
+
+/// A tick is recorded without allocating, whatever becomes of the ring.
+TEST(Allocations, AreNoneWhereATickIsRecorded) {
+  const testing::Scratch scratch;
+  const testing::DefaultSetup setup;
+  Recorder recorder(scratch / "run", DescribeConfiguration(setup.configuration), setup.contract);
+  const can::Frame frame = setup.contract.Encode(Published::kPosition, {});
+  Telemetry telemetry;
+  const long before = allocations_of_this_thread;
+  while (!recorder.Incomplete()) {  // more than the ring holds
+    ++telemetry.sample.tick;
+    recorder.RecordInfluence({telemetry.sample.tick, {}});
+    recorder.RecordTick(telemetry);
+    recorder.RecordReceived(frame, 0);
+    recorder.RecordSent(telemetry.sample.tick, Published::kPosition, frame);
+  }
+  EXPECT_EQ(allocations_of_this_thread, before);
 }
 
 }  // namespace

@@ -1,16 +1,20 @@
 #include "hdf5.hpp"
 
+#include <algorithm>
 #include <cstddef>
+#include <string_view>
 
 #include "servohil/error.hpp"
 
 namespace servohil::app::hdf5 {
 namespace {
 
-/// Texts of any length: variable-length strings live in the file's heap, not in the object header (64 KiB).
-Id TextType() {
+/// Text of a length of its own. Not variable-length strings: those live in the file's global heap, which has
+/// no checksum, and the library crashes where it is damaged.
+Id TextType(std::size_t size_bytes) {
   Id type(H5Tcopy(H5T_C_S1));
-  H5Tset_size(*type, H5T_VARIABLE);
+  H5Tset_size(*type, size_bytes);
+  H5Tset_strpad(*type, H5T_STR_NULLPAD);
   H5Tset_cset(*type, H5T_CSET_UTF8);
   return type;
 }
@@ -25,11 +29,12 @@ void WriteScalar(hid_t object, const char* name, hid_t file_type, hid_t memory_t
 }
 
 Id OpenScalar(hid_t object, const char* name, H5T_class_t kind, const std::string& file) {
-  Id attribute(HasAttribute(object, name) ? H5Aopen(object, name, H5P_DEFAULT) : H5I_INVALID_HID);
-  if (!attribute) throw UsageError(file + ": attribute " + name + " is missing");
+  if (H5Aexists(object, name) == 0) throw UsageError(file + ": attribute " + name + " is missing");
+  Id attribute(H5Aopen(object, name, H5P_DEFAULT));
+  if (!attribute) throw UsageError(file + ": attribute " + name + " is damaged: " + LastError());
   const Id type(H5Aget_type(*attribute));
   const Id space(H5Aget_space(*attribute));
-  const bool text = H5Tget_class(*type) == H5T_STRING && H5Tis_variable_str(*type) > 0;
+  const bool text = H5Tget_class(*type) == H5T_STRING && H5Tis_variable_str(*type) == 0;
   const bool fits = kind == H5T_STRING ? text : H5Tget_class(*type) == kind;
   if (!fits || H5Sget_simple_extent_npoints(*space) != 1) {
     throw UsageError(file + ": attribute " + name + " is no " +
@@ -58,6 +63,7 @@ std::string LastError() {
         return 0;
       },
       &text);
+  H5Eclear2(H5E_DEFAULT);  // else lost with the thread
   // The POSIX driver's description is a list; what the system said is in it.
   constexpr std::string_view kMark = "error message = '";
   if (const std::size_t at = text.find(kMark); at != std::string::npos) {
@@ -77,9 +83,8 @@ Id Require(Id id, const std::string& what) {
 }
 
 void WriteAttribute(hid_t object, const char* name, const std::string& text, const std::string& file) {
-  const Id type = TextType();
-  const char* characters = text.c_str();
-  WriteScalar(object, name, *type, *type, &characters, file);
+  const Id type = TextType(std::max<std::size_t>(text.size(), 1));  // empty: one zero byte of padding
+  WriteScalar(object, name, *type, *type, text.c_str(), file);
 }
 
 void WriteAttribute(hid_t object, const char* name, std::uint64_t number, const std::string& file) {
@@ -96,13 +101,11 @@ bool HasAttribute(hid_t object, const char* name) noexcept {
 
 std::string ReadText(hid_t object, const char* name, const std::string& file) {
   const Id attribute = OpenScalar(object, name, H5T_STRING, file);
-  const Id type = TextType();
-  char* characters = nullptr;
-  if (H5Aread(*attribute, *type, static_cast<void*>(&characters)) < 0 || characters == nullptr) {
+  const Id type(H5Aget_type(*attribute));
+  std::string text(H5Tget_size(*type), '\0');
+  if (H5Aread(*attribute, *type, text.data()) < 0)
     throw UsageError(file + ": attribute " + name + " is damaged: " + LastError());
-  }
-  std::string text = characters;
-  H5free_memory(characters);
+  text.resize(text.find_last_not_of('\0') + 1);
   return text;
 }
 

@@ -39,7 +39,7 @@ class Id {
   hid_t id_ = H5I_INVALID_HID;
 };
 
-/// Why the last call failed, from the innermost function: "No space left on device".
+/// Why the last call failed, from the innermost function: "No space left on device". Forgets it.
 std::string LastError();
 
 /// @param what  "FILE: samples/x3_in cannot be written"

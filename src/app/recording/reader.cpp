@@ -46,7 +46,7 @@ hid_t MemoryType() {
 /// One dataset of a group.
 class Column {
  public:
-  Column(hid_t file, std::string name, const std::string& file_name)
+  Column(hid_t file, const std::string& name, const std::string& file_name)
       : place_(file_name + ": " + name), dataset_(Open(file, name)) {
     const hdf5::Id space(H5Dget_space(*dataset_));
     hsize_t rows = 0;
@@ -65,22 +65,20 @@ class Column {
   /// @pre first + values.size() <= Rows()
   template <typename T>
   void Read(std::uint64_t first, std::vector<T>& values) const {
-    if (values.empty() || ReadRows(first, values.size(), values.data())) return;
-    const std::string why = hdf5::LastError();
-    // Which chunk: row by row of chunks.
+    if (values.empty() || WhyNotRead(first, values.size(), values.data()).empty()) return;
+    // Which chunk: one after the other.
     const std::uint64_t end = first + values.size();
-    std::vector<T> one;
     for (std::uint64_t row = first; row < end;) {
-      const std::uint64_t next = std::min(end, (row / chunk_rows_ + 1) * chunk_rows_);
-      one.resize(static_cast<std::size_t>(next - row));
-      if (!ReadRows(row, one.size(), one.data())) {
-        throw UsageError(place_ + ": rows " + std::to_string(row / chunk_rows_ * chunk_rows_) + " to " +
-                         std::to_string(std::min(rows_, (row / chunk_rows_ + 1) * chunk_rows_) - 1) +
-                         " are damaged: " + hdf5::LastError());
+      const std::uint64_t chunk = row / chunk_rows_ * chunk_rows_;
+      const std::uint64_t next = std::min(end, chunk + chunk_rows_);
+      const std::string why = WhyNotRead(row, next - row, values.data());
+      if (!why.empty()) {
+        throw UsageError(place_ + ": rows " + std::to_string(chunk) + " to " +
+                         std::to_string(std::min(rows_, chunk + chunk_rows_) - 1) + " are damaged: " + why);
       }
       row = next;
     }
-    throw UsageError(place_ + ": cannot be read: " + why);
+    throw UsageError(place_ + ": cannot be read");
   }
 
  private:
@@ -112,12 +110,15 @@ class Column {
     return H5Dget_chunk_info_by_coord(*dataset_, &row, &filters, &address, &size_bytes) >= 0 &&
            address != HADDR_UNDEF;
   }
+  /// Empty when read. The reason is asked for at once: the next call of the library, closing included,
+  /// forgets it.
   template <typename T>
-  bool ReadRows(hsize_t first, hsize_t count, T* values) const {
+  std::string WhyNotRead(hsize_t first, hsize_t count, T* values) const {
     const hdf5::Id from(H5Dget_space(*dataset_));
     const hdf5::Id to(H5Screate_simple(1, &count, nullptr));
-    return H5Sselect_hyperslab(*from, H5S_SELECT_SET, &first, nullptr, &count, nullptr) >= 0 &&
-           H5Dread(*dataset_, MemoryType<T>(), *to, *from, H5P_DEFAULT, values) >= 0;
+    const bool read = H5Sselect_hyperslab(*from, H5S_SELECT_SET, &first, nullptr, &count, nullptr) >= 0 &&
+                      H5Dread(*dataset_, MemoryType<T>(), *to, *from, H5P_DEFAULT, values) >= 0;
+    return read ? std::string() : hdf5::LastError();
   }
 
   std::string place_;

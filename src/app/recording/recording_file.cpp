@@ -57,7 +57,17 @@ std::string Joined(const std::vector<std::string>& items) {
 hdf5::Id CreateFile(const std::string& name) {
   const hdf5::Id access(H5Pcreate(H5P_FILE_ACCESS));
   H5Pset_libver_bounds(*access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
-  return hdf5::Require(hdf5::Id(H5Fcreate(name.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, *access)),
+  // The library keeps one chunk of a column, no more, so that little waits for the disk that may be full. Set
+  // for the file: single-writer mode forgets what is set for a dataset.
+  constexpr int kIgnored = 0;
+  constexpr std::size_t kSlots = 3;
+  constexpr std::size_t kChunkBytes = kTicksPerChunk * sizeof(double);
+  constexpr double kEvictWritten = 1.0;
+  H5Pset_cache(*access, kIgnored, kSlots, kChunkBytes, kEvictWritten);
+  // Attributes of any size: not in the object header (64 KiB), but in a heap of their own.
+  const hdf5::Id creation(H5Pcreate(H5P_FILE_CREATE));
+  H5Pset_attr_phase_change(*creation, 0, 0);
+  return hdf5::Require(hdf5::Id(H5Fcreate(name.c_str(), H5F_ACC_EXCL, *creation, *access)),
                        name + ": cannot be made");
 }
 

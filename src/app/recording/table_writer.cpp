@@ -10,23 +10,22 @@ constexpr unsigned kFastestDeflate = 1;
 struct Types {
   hid_t file;
   hid_t memory;
-  std::size_t size_bytes;
 };
 
 Types TypesOf(TableColumn::Type type) {
   switch (type) {
     case TableColumn::Type::kDouble:
-      return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, sizeof(double)};
+      return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE};
     case TableColumn::Type::kUnsigned64:
-      return {H5T_STD_U64LE, H5T_NATIVE_UINT64, sizeof(std::uint64_t)};
+      return {H5T_STD_U64LE, H5T_NATIVE_UINT64};
     case TableColumn::Type::kSigned64:
-      return {H5T_STD_I64LE, H5T_NATIVE_INT64, sizeof(std::int64_t)};
+      return {H5T_STD_I64LE, H5T_NATIVE_INT64};
     case TableColumn::Type::kSigned32:
-      return {H5T_STD_I32LE, H5T_NATIVE_INT32, sizeof(std::int32_t)};
+      return {H5T_STD_I32LE, H5T_NATIVE_INT32};
     case TableColumn::Type::kByte:
       break;
   }
-  return {H5T_STD_U8LE, H5T_NATIVE_UINT8, sizeof(std::uint8_t)};
+  return {H5T_STD_U8LE, H5T_NATIVE_UINT8};
 }
 
 hdf5::Id CreationProperties(Packing packing, hsize_t chunk_rows) {
@@ -40,19 +39,10 @@ hdf5::Id CreationProperties(Packing packing, hsize_t chunk_rows) {
   return properties;
 }
 
-/// The library keeps one chunk of each column, no more.
-hdf5::Id AccessProperties(std::size_t chunk_bytes) {
-  constexpr std::size_t kSlots = 3;
-  constexpr double kEvictWritten = 1.0;
-  hdf5::Id properties(H5Pcreate(H5P_DATASET_ACCESS));
-  H5Pset_chunk_cache(*properties, kSlots, chunk_bytes, kEvictWritten);
-  return properties;
-}
-
 }  // namespace
 
 TableWriter::TableWriter(hid_t parent, const std::string& group, const std::vector<TableColumn>& columns,
-                         std::size_t chunk_rows, std::string file)
+                         std::size_t chunk_rows, const std::string& file)
     : chunk_rows_(chunk_rows) {
   const hdf5::Id links(H5Pcreate(H5P_LINK_CREATE));
   H5Pset_create_intermediate_group(*links, 1);
@@ -68,8 +58,7 @@ TableWriter::TableWriter(hid_t parent, const std::string& group, const std::vect
     made.memory_type = types.memory;
     made.dataset =
         hdf5::Require(hdf5::Id(H5Dcreate2(*node, column.name.c_str(), types.file, *space, H5P_DEFAULT,
-                                          *CreationProperties(column.packing, chunk_rows),
-                                          *AccessProperties(chunk_rows * types.size_bytes))),
+                                          *CreationProperties(column.packing, chunk_rows), H5P_DEFAULT)),
                       made.place + " cannot be created");
     hdf5::WriteAttribute(*made.dataset, "unit", column.unit, made.place);
     hdf5::WriteAttribute(*made.dataset, "description", column.description, made.place);

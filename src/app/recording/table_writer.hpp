@@ -40,7 +40,7 @@ class TableWriter {
  public:
   /// @param parent  a file or group, `group` a path below it whose last part is new
   TableWriter(hid_t parent, const std::string& group, const std::vector<TableColumn>& columns,
-              std::size_t chunk_rows, std::string file);
+              std::size_t chunk_rows, const std::string& file);
 
   /// The next value of a column; one of each, then EndRow(). @pre T is of the column's type
   template <typename T>
