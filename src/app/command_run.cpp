@@ -127,8 +127,9 @@ std::unique_ptr<control::Server> OpenControl(const std::string& path, Emulator& 
                                              control::Permissions permissions) {
   if (path == "none") return nullptr;
   try {
-    auto server = std::make_unique<control::Server>(path.empty() ? control::DefaultSocket() : path, emulator,
-                                                    std::move(permissions));
+    auto server = std::make_unique<control::Server>(
+        path.empty() ? control::DefaultSocket() : std::filesystem::path(path), emulator,
+        std::move(permissions));
     spdlog::info("control socket: {}", server->Path().string());
     return server;
   } catch (const EnvironmentError& error) {

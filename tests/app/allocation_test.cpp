@@ -40,6 +40,12 @@ void* realloc(void* old, std::size_t size) {
 namespace servohil::app {
 namespace {
 
+RecordingAttributes AttributesOf(const testing::DefaultSetup& setup) {
+  RecordingAttributes attributes;
+  static_cast<RunTexts&>(attributes) = DescribeConfiguration(setup.configuration);
+  return attributes;
+}
+
 TEST(Allocations, AreSeenByThisTest) {
   const long before = allocations_of_this_thread;
   const auto something = std::make_unique<double>(1.0);
@@ -84,7 +90,7 @@ TEST(Allocations, AndPageFaultsAreNoneInTenThousandTicksAfterTheStart) {
 TEST(Allocations, AreNoneWhereATickIsRecorded) {
   const testing::Scratch scratch;
   const testing::DefaultSetup setup;
-  Recorder recorder(scratch / "run", DescribeConfiguration(setup.configuration), setup.contract);
+  Recorder recorder(scratch / "run", AttributesOf(setup), setup.contract);
   const can::Frame frame = setup.contract.Encode(Published::kPosition, {});
   Telemetry telemetry;
   const long before = allocations_of_this_thread;

@@ -13,8 +13,8 @@ struct Request {
 
   std::uint64_t number = 0;  ///< whoever asks gets it back
   Kind kind = Kind::kInject;
-  fault::Injection injection;  ///< kInject: start_tick 0 is now; kClear: its id
-  double p1_psi = 0.0;         ///< kCommand
+  fault::Injection injection{};  ///< kInject: start_tick 0 is now; kClear: its id
+  double p1_psi = 0.0;           ///< kCommand
 };
 
 /// The simulation's answer.
