@@ -118,6 +118,7 @@ int Simulate(const Options& options) {
   if (const std::string warning = CheckEnvelope(configuration, derived); !warning.empty())
     std::cerr << "servohil: " << warning << '\n';
   const model::SteadyState start = RequireSteadyStateAt(derived, configuration.start_x3_in);
+  const std::vector<Influence> script = P1Over(start.p1_psi, options);
   const auto recorder = OpenRecording(options, configuration);
   TaskOptions task_options;
   task_options.duration_ticks = static_cast<std::uint64_t>(std::llround(options.duration_s / model::kTickS));
@@ -133,7 +134,7 @@ int Simulate(const Options& options) {
     if (output && sample.tick % every == 0) output->Write(sample, task->Now().outputs);
   };
   write();
-  RunScript(*task, P1Over(start.p1_psi, options), [&] {
+  RunScript(*task, script, [&] {
     if (task->Now().sample.model_fault) return false;
     write();
     return true;
