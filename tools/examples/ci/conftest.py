@@ -1,0 +1,1 @@
+pytest_plugins = ["servohil_ci.plugin"]
