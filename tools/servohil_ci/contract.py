@@ -28,7 +28,7 @@ def unwrapped(tick, last):
 def attribute(name, unit):
     """A signal's name in Python, with its unit: X3 in → x3_in, TimingValid → timing_valid, V3 in/s → v3_in_s."""
     words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
-    unit = unit.replace("%", "percent").replace("°", "deg")
+    unit = unit.replace("%", "percent").replace("°", "deg_")
     return "_".join(filter(None, re.split(r"\W+|_", f"{words}_{unit}"))).lower()
 
 

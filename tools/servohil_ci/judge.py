@@ -55,7 +55,7 @@ def _make_invalid(reports, verdict):
     """The test neither passed nor failed: it is INVALID."""
     _note(reports, "servohil_verdict", "INVALID")
     for report in reports:
-        if report.when == "call" and not report.skipped:
+        if report.when == "call" and (not report.skipped or hasattr(report, "wasxfail")):
             said = f"\n\nWhat the test said is worth nothing:\n{report.longreprtext}" if report.failed else ""
             report.outcome, report.longrepr = "failed", f"{verdict}\n(twice: the test was run again){said}"
             report.servohil_invalid = verdict
