@@ -1,5 +1,6 @@
 """`servohil run` as a process: started, ready, ended, judged."""
 
+import ctypes
 import functools
 import re
 import shutil
@@ -13,6 +14,8 @@ from .failure import INVALID, NOTHING, OK, USAGE, Failure
 
 __tracebackhide__ = True  # pytest: a failure is shown where the test called
 
+_C = ctypes.CDLL(None)
+PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 PATIENCE_S = 20.0  # for what comes within milliseconds unless something is broken
 
 
@@ -59,7 +62,8 @@ class Emulator:
         self._output = []
         with open(self._log, "w", encoding="utf-8") as errors:
             self.process = subprocess.Popen([program, "run", *map(str, arguments)], stdout=subprocess.PIPE,
-                                            stderr=errors, stdin=subprocess.DEVNULL, text=True)
+                                            stderr=errors, stdin=subprocess.DEVNULL, text=True,
+                                            preexec_fn=_end_with_parent)
         self.ready = self._first_line()
         if not self.ready.startswith("ready: "):
             raise self._why_not_ready()
@@ -123,6 +127,11 @@ class Emulator:
         """Whatever state it is in, it is gone."""
         self.process.kill()
         self.process.wait()
+
+
+def _end_with_parent():
+    """In the new process: an emulator left behind on vcan0 would answer to the next run's commands."""
+    _C.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def _told(status):

@@ -9,6 +9,7 @@ Options come from the command line, else the ini file; the marker, of the functi
 test's own need and beats both. Names of files count from the current folder, the ini file's, or the test file's.
 """
 
+import itertools
 import re
 from pathlib import Path
 
@@ -92,12 +93,23 @@ def _options(node):
     return Options(**chosen, settings=settings)
 
 
+def _folder(node, base):
+    """A new one: servohil/TEST-1 for the first run, servohil/TEST-2 for the second."""
+    name = re.sub(r"[^\w.-]", "_", f"{node.path.stem}-{node.name}")[:200]
+    for number in itertools.count(1):
+        folder = base / "servohil" / f"{name}-{number}"
+        try:
+            folder.mkdir(parents=True)
+            return folder
+        except FileExistsError:
+            continue
+
+
 @pytest.fixture
 def servohil(request, tmp_path_factory):
     """A running emulator, connected: servohil_ci.bench.Servohil."""
-    name = re.sub(r"\W", "_", request.node.name)[:30]
     try:
-        bench = Servohil(_options(request.node), tmp_path_factory.mktemp(f"servohil_{name}"))
+        bench = Servohil(_options(request.node), _folder(request.node, tmp_path_factory.getbasetemp()))
     except Failure as failure:
         raise pytest.fail.Exception(str(failure), pytrace=False) from None
     request.node.stash.setdefault(judge.RUNS, []).append(bench)
