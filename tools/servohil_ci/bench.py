@@ -93,14 +93,12 @@ class Servohil:
         self.contract.check_p1(p1_psi)
         command = self.contract.encode(p1_psi, self._sent)
         self._sent += 1
-        if not self._lockstep:
-            self._send(command)
-            return
-        if self._sync_id is not None:
-            self._send(command)
-        else:
+        if self._lockstep and self._sync_id is None:
             self._lets_pass = command
-        self._step()
+        else:
+            self._send(command)
+        if self._lockstep:
+            self._step()
 
     def cycle(self, p1_psi):
         """One cycle of a governor, on either clock: sends the command; the next state: in lockstep its answer, in real
