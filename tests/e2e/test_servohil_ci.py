@@ -203,7 +203,8 @@ def test_where_options_come_from(project, url):
 
         @pytest.mark.servohil(clock="real", dbc="own.dbc", settings={"loop.grace_ms": 60000})
         def test_marker(servohil):
-            assert servohil.options.clock == "real" and servohil.contract.messages["SERVO_Position"].arbitration_id.id == 768
+            assert servohil.options.clock == "real"
+            assert servohil.contract.messages["SERVO_Position"].arbitration_id.id == 768
             assert servohil.state().x3_in == 4.0
         ''', "--servohil-clock=lockstep", own__dbc=dbc, pytest__ini=ini,
         own__toml=f'[lockstep]\nticks = 70\n[can]\ndbc = "{DBC}"\n[load]\nfile = "{DBC.parent}/load_curve.csv"\n')
@@ -225,7 +226,8 @@ def test_recording_stays_with_a_failure_only(project, tmp_path):
     ''')
     assert result.status == FAILED and "1 failed, 1 passed" in result.text
     recording = Path(*result.properties("test_bad", "servohil_recording"))
-    assert kept(tmp_path) == ["test_it-test_bad-1"] and recording.parent == tmp_path / "kept" / "servohil" / "test_it-test_bad-1"
+    assert kept(tmp_path) == ["test_it-test_bad-1"]
+    assert recording.parent == tmp_path / "kept" / "servohil" / "test_it-test_bad-1"
     assert f"recording: {recording}\n" in result.text and "verdict: VALID" in result.text
     assert "100#" in (recording / "bus.log").read_text() and (recording / "servohil.h5").is_file()
     assert "Unmet: not met within 0.05 s of simulated time; last state: x3_in=4.1" in result.message("test_bad")
@@ -272,7 +274,8 @@ def test_emulator_ends_with_a_killed_pytest(project):
 
 
 MISTAKES = {
-    "marker": ('@pytest.mark.servohil(clok="real")', "pytest.mark.servohil: 'clok' is none of config, settings, clock, dbc"),
+    "marker": ('@pytest.mark.servohil(clok="real")',
+               "pytest.mark.servohil: 'clok' is none of config, settings, clock, dbc"),
     "settings": ("@pytest.mark.servohil(settings=3)", "pytest.mark.servohil: settings 3: expected a dictionary, e.g. "
                                                       '{"servo.underlap_in": 0.001}'),
     "clock": ('@pytest.mark.servohil(clock="fast")', "clock 'fast': expected lockstep or real"),
@@ -468,7 +471,8 @@ def test_inject_and_clear(project, tmp_path):
             assert answer["tick"] == 1234
             assert answer["seen"] == {"id": 1, "request": "inject", "fault": "air_entrainment",
                                       "parameters": {"fraction": 0.02, "ramp_s": 0.5, "for_s": 3}}
-            assert servohil.clear("air_entrainment")["seen"] == {"id": 2, "request": "clear", "fault": "air_entrainment"}
+            assert servohil.clear("air_entrainment")["seen"] == {"id": 2, "request": "clear",
+                                                                 "fault": "air_entrainment"}
             assert servohil.clear()["seen"] == {"id": 3, "request": "clear"}
             with pytest.raises(Failure, match="^inject plugged_orifice: UNSUPPORTED$"):
                 servohil.inject("plugged_orifice")
@@ -481,7 +485,7 @@ def test_inject_and_clear(project, tmp_path):
     assert result.message("test_bad_name").endswith("inject air: REJECTED: no fault air; there is air_entrainment")
 
 
-@pytest.mark.skipif("--control " not in run("run", "--help").stdout, reason="this version has no `servohil run --control`")
+@pytest.mark.skipif("--control " not in run("run", "--help").stdout, reason="no `servohil run --control` yet")
 def test_inject_for_real(project):
     result = project('''
         import pytest

@@ -23,13 +23,14 @@ class Unmet(AssertionError):
 
 
 class Servohil:
-    """An emulator under test's control.
+    """An emulator under a test's control.
 
-    Time is simulated time, in s, as the emulator's Tick tells it. In lockstep it passes only by send_p1, wait_until
-    and run_for; in real time it passes by itself.
-    process: the emulator's subprocess.Popen. log(): its standard error. url: its bus, for a governor that is a program of
-    its own. bus: python-can's connection. contract: the DBC file. recording: where the run is recorded; None if this
-    version of the program does not record.
+    Time is simulated time, in s, as the emulator's Tick tells it. In lockstep it passes only by send_p1, cycle,
+    wait_until and run_for; in real time it passes by itself.
+
+    process: the emulator's subprocess.Popen; log(): its standard error; url: its bus, for a governor that is a program
+    of its own; bus: python-can's connection; contract: the DBC file; recording: the folder into which the run is
+    recorded, None if this version of the program does not record.
     """
 
     def __init__(self, options, folder):
@@ -126,7 +127,7 @@ class Servohil:
         raise Unmet(f"not met within {timeout_s:g} s of simulated time; last state: {state}")
 
     def run_for(self, duration_s):
-        """Lets at least this long of simulated time pass; the states that came, one for each tick that was published."""
+        """Lets at least this long of simulated time pass; the states that came, one for each published tick."""
         return list({state.tick: state for state in self._states(duration_s)}.values())[1:]
 
     def _states(self, duration_s):
@@ -203,8 +204,8 @@ class Servohil:
         return has_option(self.options, "--control")
 
     def inject(self, fault, **parameters):
-        """Injects a fault, e.g. inject("air_entrainment", fraction=0.02, ramp_s=0.5, for_s=3); the emulator's answer, with
-        the tick from which on it acts. Raises a Failure with the reason if it is rejected."""
+        """Injects a fault, e.g. inject("air_entrainment", fraction=0.02, ramp_s=0.5, for_s=3); the emulator's answer,
+        with the tick at which it was applied. Raises a Failure with the reason if it is rejected."""
         return self._control_socket().apply("inject", fault=fault, parameters=parameters)
 
     def clear(self, fault=None):

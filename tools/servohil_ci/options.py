@@ -14,7 +14,7 @@ REAL_TIME, LOCKSTEP = "real", "lockstep"
 
 @dataclass(frozen=True)
 class Options:
-    """config, dbc: files; None: the program's own. bus: for --can, auto: the best of this machine. settings: as --set."""
+    """config, dbc: files; None: the program's own. bus: for --can; auto: this machine's best. settings: for --set."""
 
     program: Path
     config: Path | None = None
@@ -28,8 +28,6 @@ class Options:
             raise Failure(USAGE, f"clock '{self.clock}': expected {' or '.join(CLOCKS)}")
         if self.bus not in ("auto", "slcan:pty") and not self.bus.startswith("socketcan:"):
             raise Failure(USAGE, f"bus '{self.bus}': expected auto, socketcan:IFACE or slcan:pty")
-        if not isinstance(self.settings, dict):
-            raise Failure(USAGE, f'settings {self.settings!r}: expected a dictionary, e.g. {{"servo.underlap_in": 0.001}}')
 
 
 def written(value):

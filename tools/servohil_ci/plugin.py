@@ -22,8 +22,8 @@ try:
     from .failure import NOTHING, USAGE, Failure
     from .options import CLOCKS, LOCKSTEP, Options
 except ImportError as missing:
-    raise pytest.UsageError(f"servohil_ci: {missing}; it needs Python 3.11 and Debian's python3-can, python3-serial and "
-                            "python3-canmatrix") from None
+    raise pytest.UsageError(f"servohil_ci: {missing}; it needs Python 3.11 and Debian's python3-can, python3-serial "
+                            "and python3-canmatrix") from None
 
 __tracebackhide__ = True
 OPTIONS = {
@@ -44,8 +44,8 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    config.addinivalue_line("markers", f"servohil({', '.join(f'{name}=...' for name in MARKER)}): how this test wants its "
-                                       "emulator; settings: {key: value}, clock: " + " or ".join(CLOCKS))
+    config.addinivalue_line("markers", f"servohil({', '.join(f'{name}=...' for name in MARKER)}): how this test wants "
+                                       "its emulator; settings: {key: value}, clock: " + " or ".join(CLOCKS))
 
 
 def pytest_report_header(config):
@@ -57,26 +57,26 @@ def pytest_report_header(config):
 
 def _chosen(config):
     """Options of the command line and the ini file."""
-    folders = {True: config.invocation_params.dir, False: config.inipath.parent if config.inipath else config.rootpath}
-    chosen = {}
-    for name in OPTIONS:
-        on_command_line = config.getoption(f"servohil_{name}")
-        if value := on_command_line or config.getini(f"servohil_{name}"):
-            chosen[name] = _file(folders[bool(on_command_line)], value) if name in FILES else value
+    of_ini = {name: config.getini(f"servohil_{name}") for name in OPTIONS}
+    of_command_line = {name: config.getoption(f"servohil_{name}") for name in OPTIONS}
+    chosen = (_named(of_ini, config.inipath.parent if config.inipath else config.rootpath)
+              | _named(of_command_line, config.invocation_params.dir))
     if "program" not in chosen and (found := find_program()):
         chosen["program"] = found
     return chosen
 
 
-def _file(folder, name):
-    return (Path(folder) / Path(name).expanduser()).resolve()
+def _named(options, folder):
+    """Those that are given; files count from this folder."""
+    return {name: (folder / Path(value).expanduser()).resolve() if name in FILES else value
+            for name, value in options.items() if value}
 
 
 def _options(node):
     """How this test wants its emulator."""
     chosen, settings = _chosen(node.config), {}
     for marker in reversed(list(node.iter_markers("servohil"))):  # the closest last
-        unknown = [*map(str, marker.args), *(marker.kwargs.keys() - set(MARKER))]
+        unknown = [*map(str, marker.args), *(name for name in marker.kwargs if name not in MARKER)]
         if unknown:
             raise Failure(USAGE, f"pytest.mark.servohil: '{unknown[0]}' is none of {', '.join(MARKER)}")
         own = dict(marker.kwargs)
@@ -85,9 +85,10 @@ def _options(node):
             raise Failure(USAGE, f"pytest.mark.servohil: settings {own_settings!r}: expected a dictionary, e.g. "
                                  '{"servo.underlap_in": 0.001}')
         settings |= own_settings
-        chosen |= {name: _file(node.path.parent, value) if name in FILES else value for name, value in own.items()}
+        chosen |= _named(own, node.path.parent)
     if "program" not in chosen:
-        raise Failure(NOTHING, "no program servohil beside this package or in PATH: build it, or --servohil-program FILE")
+        raise Failure(NOTHING,
+                      "no program servohil beside this package or in PATH: build it, or --servohil-program=FILE")
     if not chosen["program"].is_file():
         raise Failure(NOTHING, f"--servohil-program {chosen['program']}: there is no such file")
     return Options(**chosen, settings=settings)
@@ -154,4 +155,5 @@ def pytest_terminal_summary(terminalreporter):
     if rerun:
         terminalreporter.section("servohil: run again, as the first run was INVALID")
     for report in rerun:
-        terminalreporter.line(f"{report.nodeid}: {report.outcome} when run again; the first run: {report.servohil_rerun}")
+        terminalreporter.line(f"{report.nodeid}: {report.outcome} when run again; the first run: "
+                              f"{report.servohil_rerun}")

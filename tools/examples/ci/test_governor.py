@@ -49,8 +49,8 @@ def test_air_in_the_oil_does_not_upset_it(servohil, governor):
 
 @pytest.mark.servohil(clock="real", settings={"loop.wake_ticks": 100})
 def test_reaches_its_set_point_in_real_time(servohil, governor):
-    """On the wall clock a busy machine may be late: the test is then INVALID, whatever it asserts, is run once more, and
-    never passes by luck. A wake-up every 10 ms (100 ticks) leaves room for that on a shared runner. To see it:
+    """On the wall clock a busy machine may be late: the test is then INVALID, whatever it asserts, is run once more,
+    and never passes by luck. A wake-up every 10 ms (100 ticks) makes that rare on a shared runner. To see it:
     SHOW_INVALID=1 pytest -k real_time"""
     if os.environ.get("SHOW_INVALID"):
         os.kill(servohil.process.pid, signal.SIGSTOP)
