@@ -1,24 +1,26 @@
 #!/bin/bash
-# deps.sh build|demo|test|guest ...: installs the Debian packages that building, the demo, the tests or the CAN guest
-# need. Does nothing when they are there.
+# deps.sh build|ci|demo|test|guest ...: installs the Debian packages that building, tests by servohil_ci, the demo, the
+# tests or the CAN guest need. Does nothing when they are there.
 set -euo pipefail
 
 build=(g++ cmake ninja-build pkg-config libeigen3-dev libtomlplusplus-dev libcli11-dev libspdlog-dev libsocketcan-dev
        nlohmann-json3-dev libhdf5-dev)
+ci=("${build[@]}" python3-pytest python3-can python3-serial python3-canmatrix)
 demo=("${build[@]}" python3-can python3-serial python3-canmatrix python3-matplotlib python3-numpy iproute2)
 guest=(flex bison bc gcc make xz-utils libc6-dev iproute2)
 test=("${demo[@]}" "${guest[@]}" libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev clang-format clang-tidy
       clang-tools python3-pytest python3-hypothesis python3-scipy python3-h5py can-utils rt-tests shellcheck git)
 
-[ $# -gt 0 ] || { echo "usage: tools/deps.sh build|demo|test|guest ..." >&2; exit 2; }
+[ $# -gt 0 ] || { echo "usage: tools/deps.sh build|ci|demo|test|guest ..." >&2; exit 2; }
 wanted=()
 for set in "$@"; do
   case $set in
     build) wanted+=("${build[@]}") ;;
+    ci) wanted+=("${ci[@]}") ;;
     demo) wanted+=("${demo[@]}") ;;
     test) wanted+=("${test[@]}") ;;
     guest) wanted+=("${guest[@]}") ;;
-    *) echo "deps.sh: '$set' is none of build, demo, test, guest" >&2; exit 2 ;;
+    *) echo "deps.sh: '$set' is none of build, ci, demo, test, guest" >&2; exit 2 ;;
   esac
 done
 

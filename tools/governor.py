@@ -225,10 +225,8 @@ def main():
     args = arguments()
     contract = Contract(args.dbc)
     args.profile, extremes = profile(args)
-    low, high = contract.p1_range()
     for p1_psi in extremes:
-        if not low <= p1_psi <= high:
-            raise Failure(USAGE, f"P1 {p1_psi:g} psi: {args.dbc} carries {low:g} to {high:g} psi")
+        contract.check_p1(p1_psi)
     bus = connect(args)
     governor = Governor(bus, contract, args)
     failure = None

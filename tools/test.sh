@@ -43,11 +43,13 @@ say "whole program on the real SocketCAN stack"
 export SERVOHIL_BUILD=$PWD/build/release
 if ip link show vcan0 >/dev/null 2>&1; then
   build/release/bin/socketcan_test
-  SERVOHIL_BUS=socketcan "${pytest[@]}" tests/e2e/test_bus.py
+  SERVOHIL_BUS=socketcan "${pytest[@]}" tests/e2e/test_bus.py tests/e2e/test_servohil_ci.py
 else
   tools/vcan-guest --timeout 300 build/release/bin/socketcan_test
-  tools/vcan-guest --timeout 600 --env SERVOHIL_BUS=socketcan --env SERVOHIL_BUILD --env PYTHONDONTWRITEBYTECODE \
-    -- "${pytest[@]}" tests/e2e/test_bus.py
+  for file in test_bus test_servohil_ci; do
+    tools/vcan-guest --timeout 600 --env SERVOHIL_BUS=socketcan --env SERVOHIL_BUILD --env PYTHONDONTWRITEBYTECODE \
+      -- "${pytest[@]}" "tests/e2e/$file.py"
+  done
 fi
 
 say "whole program, release build"
