@@ -9,14 +9,14 @@
 namespace servohil::model {
 namespace {
 
-/// The algebraic part: X(1) to X(7) of Appendix E, Q8, and the compliances that go with them.
+/// The algebraic part: X(1) to X(7) of Appendix E, Q8, and the stiffnesses that go with them.
 struct Algebraic {
   double x1, x2, x4, alpha;
   double Q3, Q4, Q5, Q6, Q8;
   double G3, G5, G6;  ///< full: conductances of the orifices [in⁵/(lbf s)]
-  double inverse_C3;  ///< K/V3, stiffness of the oil under the piston [lbf/in⁵]
-  double inverse_C4;  ///< of the compliance above the plunger
-  double inverse_C8;  ///< of the stabilizer's capacity
+  double Stiff3;      ///< of the oil under the piston: K/V3 [psi/in³]
+  double Stiff4;      ///< above the plunger: 1/(V4/K + A2²/k2) [psi/in³]
+  double Stiff8;      ///< of the stabilizer: 1/C8 [psi/in³]
 };
 
 inline double PlungerAgainstBushing(const Derived& d, double P4, Plunger plunger) noexcept {
@@ -71,22 +71,22 @@ inline Algebraic Solve(const Derived& d, const StateVector& y, const Mode& mode,
     a.Q6 = a.G6 * (P3 - d.Pe);
     a.Q5 = a.G5 * (P4 - d.Pe);
     const double spring = mode.plunger == Plunger::kFree ? d.spring_compliance : 0.0;
-    a.inverse_C3 = InverseCompliance(V3, d.oil.CompressibilityFraction(P3), 0.0);
-    a.inverse_C4 = InverseCompliance(d.V4, d.oil.CompressibilityFraction(P4), spring);
+    a.Stiff3 = InverseCompliance(V3, d.oil.CompressibilityFraction(P3), 0.0);
+    a.Stiff4 = InverseCompliance(d.V4, d.oil.CompressibilityFraction(P4), spring);
   } else {
     a.Q3 = OrificeFlow(P2 - P3, d.U + x2_minus_x4, d.cr2, d.k_metering);  // (2.5)
     a.Q6 = OrificeFlow(P3, d.U - x2_minus_x4, d.cr2, d.k_metering);       // (2.6)
     a.Q5 = OrificeFlow(P4, a.x2 - a.x1, d.cr1, d.k_relay);                // (2.4)
-    a.inverse_C3 = d.beta / V3;
-    a.inverse_C4 = 1.0 / (d.V4 / d.beta + d.spring_compliance);
+    a.Stiff3 = d.beta / V3;
+    a.Stiff4 = 1.0 / (d.V4 / d.beta + d.spring_compliance);
   }
   a.Q4 = CapillaryFlow(P2 - P4, d.capillary_a, d.capillary_b);  // (2.3)
   if (d.stabilizer) {
     a.Q8 = CapillaryFlow(P3 - y[kP8], d.R7, d.b7);  // (5.2)
-    a.inverse_C8 = InverseCapacity(d, y[kP8], mode.diaphragm_seated);
+    a.Stiff8 = InverseCapacity(d, y[kP8], mode.diaphragm_seated);
   } else {
     a.Q8 = 0.0;
-    a.inverse_C8 = 1.0;
+    a.Stiff8 = 1.0;
   }
   return a;
 }
@@ -117,9 +117,9 @@ inline StateVector RatesOf(const Derived& d, const Algebraic& a, const StateVect
     rate[kX3] = v3;
     rate[kV3] = (d.A3 * P3 - Resistance(d, x3, v3, mode.motion) - d.C * v3) / d.M;
   }
-  rate[kP3] = (a.Q3 - a.Q6 - a.Q8 - d.A3 * v3 - d.c3 * (P3 - d.Pe)) * a.inverse_C3;
-  rate[kP4] = (a.Q4 - a.Q5 - d.A2 * a.alpha * v3) * a.inverse_C4;
-  rate[kP8] = d.stabilizer ? a.Q8 * a.inverse_C8 : rate[kP3];
+  rate[kP3] = (a.Q3 - a.Q6 - a.Q8 - d.A3 * v3 - d.c3 * (P3 - d.Pe)) * a.Stiff3;
+  rate[kP4] = (a.Q4 - a.Q5 - d.A2 * a.alpha * v3) * a.Stiff4;
+  rate[kP8] = d.stabilizer ? a.Q8 * a.Stiff8 : rate[kP3];
   rate[kP2] = d.pump_flow > 0.0 ? (PumpFlow(d, y[kP2]) - a.Q3 - a.Q4) / d.C2 : 0.0;
   return rate;
 }
@@ -133,12 +133,12 @@ TimeScales ScalesOf(const Derived& d, const Algebraic& a, const State& s, const 
   const double x = a.x2 - a.x1;
   const double dQ5_dx2 = x > 0.0 && x < d.h_relay ? std::fabs(a.Q5) * x / (x * x + d.cr1 * d.cr1) : 0.0;
   const double relay =
-      (slope(a.G5, a.Q5, s.p4_psi - d.Pe) + dQ5_dx2 * d.plunger_per_psi + 1.0 / d.capillary_a) * a.inverse_C4;
+      (slope(a.G5, a.Q5, s.p4_psi - d.Pe) + dQ5_dx2 * d.plunger_per_psi + 1.0 / d.capillary_a) * a.Stiff4;
   const double G7 = d.stabilizer ? 1.0 / d.R7 : 0.0;
-  const double oil_spring = std::sqrt(d.A3 * d.A3 * a.inverse_C3 / d.M);
-  const double piston = a.inverse_C3 * (slope(a.G3, a.Q3, s.p2_psi - s.p3_psi) +
-                                        slope(a.G6, a.Q6, s.p3_psi - d.Pe) + d.c3 + G7) +
-                        G7 * a.inverse_C8 + oil_spring;
+  const double oil_spring = std::sqrt(d.A3 * d.A3 * a.Stiff3 / d.M);
+  const double piston =
+      a.Stiff3 * (slope(a.G3, a.Q3, s.p2_psi - s.p3_psi) + slope(a.G6, a.Q6, s.p3_psi - d.Pe) + d.c3 + G7) +
+      G7 * a.Stiff8 + oil_spring;
   double stiffness = 0.0;
   double ports = 0.0;
   if (d.full) {

@@ -244,7 +244,7 @@ TEST(FullPhysics, NothingIsEverNonFiniteWhateverTheParametersAndP1) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
   int runs = 0;
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 150; ++i) {
     Parameters p = Full();
     p.servo.underlap_in = between(-0.005, 0.01);
     p.servo.relay_piston_clearance_in = between(0.0, 0.005);
@@ -266,7 +266,7 @@ TEST(FullPhysics, NothingIsEverNonFiniteWhateverTheParametersAndP1) {
     ++runs;
     State s = start.state;
     double p1_psi = 0.0;
-    for (int tick = 0; tick < 3'000; ++tick) {
+    for (int tick = 0; tick < 1'500; ++tick) {
       if (tick % 300 == 0) p1_psi = tick % 600 == 0 ? between(0.0, 300.0) : between(15.0, 45.0);
       s = Step(d, s, p1_psi).state;
       ASSERT_TRUE(IsInDomain(d, s)) << "run " << i << ", tick " << tick << ", x3 " << s.x3_in << ", P3 "
@@ -276,7 +276,7 @@ TEST(FullPhysics, NothingIsEverNonFiniteWhateverTheParametersAndP1) {
       ASSERT_GT(s.p3_psi, d.oil.LowestPsi() - 0.05) << "below vapour pressure";
     }
   }
-  EXPECT_GE(runs, 100);
+  EXPECT_GE(runs, 80);
 }
 
 }  // namespace

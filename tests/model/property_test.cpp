@@ -220,8 +220,9 @@ RC_GTEST_PROP(Energy, FallsByWhatFrictionTakesUntilThePistonRests, ()) {
   s.mode.motion = s.v3_in_s >= 0.0 ? Motion::kUp : Motion::kDown;
   const double begin = Energy(d, s, swing.load_psi);
   double last = begin;
-  for (int i = 0; i < 2000; ++i) {
+  for (int i = 0; i < 1500; ++i) {
     s = Step(d, s, 30.0).state;
+    if (i % 5 != 0) continue;
     const double now = Energy(d, s, swing.load_psi);
     RC_ASSERT(now <= last + 1e-6 * begin);
     last = now;
