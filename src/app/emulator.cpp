@@ -60,7 +60,10 @@ rt::Shortcomings Emulator::Start() {
 }
 
 void Emulator::StartRealTime() {
-  if (options_.real_time != RealTime::kOff) shortcomings_ = rt::LockMemory();
+  if (options_.real_time != RealTime::kOff) {
+    shortcomings_ = rt::LockMemory();
+    awake_.emplace();  // without it wake-ups are slower: `servohil check` tells, the loop's account shows
+  }
   simulation_thread_ = std::thread([this] { RunSimulation(); });
   receiver_thread_ = std::thread([this] { RunReceiver(); });
   sender_thread_ = std::thread([this] { RunSender(); });
@@ -91,6 +94,7 @@ void Emulator::Stop() noexcept {
     simulation_thread_.join();
   }
   sender_->SendStopped();
+  awake_.reset();
 }
 
 void Emulator::Finish() noexcept {

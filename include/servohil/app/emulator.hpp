@@ -12,6 +12,7 @@
 #include <latch>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "servohil/app/contract.hpp"
@@ -19,6 +20,7 @@
 #include "servohil/app/sender.hpp"
 #include "servohil/app/simulation_task.hpp"
 #include "servohil/can/network.hpp"
+#include "servohil/rt/cpu_latency.hpp"
 #include "servohil/rt/periodic_loop.hpp"
 #include "servohil/rt/process.hpp"
 
@@ -101,6 +103,7 @@ class Emulator {
   long loop_page_faults_ = 0;
   int finished_fd_ = -1;
 
+  std::optional<rt::CpuLatencyHold> awake_;  ///< keeps the CPUs out of deep idle states
   std::mutex shortcomings_mutex_;
   rt::Shortcomings shortcomings_;
   std::latch ready_{3};
