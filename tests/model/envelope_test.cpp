@@ -238,6 +238,28 @@ TEST(FullPhysics, OilIsConserved) {
   EXPECT_LT(std::fabs(after - before - gained) / passed, 1e-6);
 }
 
+TEST(Step, FollowsTheOilThatStiffensAsItsLastAirDissolves) {
+  // The plunger at its stop leaves V4 alone to give way. P4 rises from 50 psi through p_d = 69.8 psi gauge,
+  // where the oil becomes a hundred times stiffer, within one tick: planned with the soft oil, P4 was 48,000
+  // psi after it.
+  Parameters p = Full();
+  p.oil.air_fraction = 0.0365;
+  p.oil.dissolution_pressure_psi = 84.5;
+  p.servo.capillary_diameter_in = 0.349;
+  p.servo.main_spring_rate_lbf_in = 98.3;
+  p.servo.relay_piston_stroke_in = 14.1;
+  p.servo.bulk_modulus_psi = 59'100.0;
+  p.supply.pressure_psi = 587.0;
+  const Derived d(p);
+  State s = {3.1131, -68.6, 0.4833, 49.7055, 0.4833, 587.0, {}};
+  s.mode.plunger = Plunger::kAtUpperStop;
+  s.mode.relay_port_full = RelayPortOpening(d, s, 283.5) > d.h_relay;
+  State fine = s;
+  for (int i = 0; i < 32; ++i) fine = Step(d, fine, 283.5, kTickS / 32).state;
+  ASSERT_GT(fine.p4_psi, 69.8);
+  EXPECT_NEAR(Step(d, s, 283.5).state.p4_psi, fine.p4_psi, 0.005 * d.P2);
+}
+
 TEST(FullPhysics, NothingIsEverNonFiniteWhateverTheParametersAndP1) {
   std::mt19937 random(11);  // any seed
   const auto between = [&](double low, double high) {
