@@ -1,5 +1,6 @@
 /// The program's entry: command line, and the one place where errors become exit statuses.
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <iostream>

@@ -1,7 +1,6 @@
 #pragma once
 /// The subcommands. Each adds itself to the command line and leaves its exit status in `exit_status`.
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -9,6 +8,10 @@
 #include "servohil/app/configuration.hpp"
 #include "servohil/model/derived.hpp"
 #include "servohil/model/steady_state.hpp"
+
+namespace CLI {
+class App;  // takes seconds to read: only where options are defined
+}
 
 namespace servohil::app {
 

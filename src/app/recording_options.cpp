@@ -1,5 +1,7 @@
 #include "recording_options.hpp"
 
+#include <CLI/CLI.hpp>
+
 #include "formatted.hpp"
 #include "snapshot_file.hpp"
 

@@ -1,7 +1,6 @@
 #pragma once
 /// --record and --record-every, for all that runs.
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -11,6 +10,10 @@
 #include "servohil/app/contract.hpp"
 #include "servohil/app/recording/recorder.hpp"
 #include "servohil/app/simulation_task.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace servohil::app {
 
