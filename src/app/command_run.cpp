@@ -175,7 +175,7 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
 
   Watch(emulator, network, emulator_options, options.statistics, snapshots, control.get()).Run(signals);
   emulator.Stop();
-  snapshots.WriteAll(emulator);
+  snapshots.WriteAllOrTell(emulator);
   const std::uint64_t lost = options.clock == Clock::kLockstep ? network.Statistics().receive_overflows : 0;
   const Verdict verdict = JudgeRun(emulator.Final(), lost);
   std::cout << Summary(emulator, network, emulator_options)

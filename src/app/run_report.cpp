@@ -37,16 +37,13 @@ std::string TimingSummary(const Emulator& emulator, const EmulatorOptions& optio
   std::string text = Formatted("wake-up  every %.1f ms; latency ", wake_ticks / 10.0) +
                      Quantiles(timing.wake_latency) + "; " +
                      LateSummary(status.late, status.worst_lateness_ns) + '\n';
-  std::vector<rt::LateWake> worst(timing.late.Worst().begin(), timing.late.Worst().end());
-  std::sort(worst.begin(), worst.end(),
-            [](const rt::LateWake& a, const rt::LateWake& b) { return a.wake < b.wake; });
-  for (const rt::LateWake& late : worst) {
+  for (const auto& [tick, late] : WorstOverruns(emulator, wake_ticks)) {
     text += Formatted(
         "late     at tick %llu by %.3f ms, %s: longest compute before it %.3f ms, %llu ticks behind, CPU "
         "%d%s\n",
-        Count{(late.wake - 1) * static_cast<std::uint64_t>(wake_ticks) + 1}, Ms(late.lateness_ns),
-        NameOf(late.cause), Ms(late.compute_ns), Count{late.behind * static_cast<std::uint64_t>(wake_ticks)},
-        late.cpu, late.in_grace ? ", in the start-up grace" : "");
+        Count{tick}, Ms(late.lateness_ns), NameOf(late.cause), Ms(late.compute_ns),
+        Count{late.behind * static_cast<std::uint64_t>(wake_ticks)}, late.cpu,
+        late.in_grace ? ", in the start-up grace" : "");
   }
   if (status.late.in_grace > 0)
     text += Formatted("grace    %llu late ticks in the first %d ms do not count\n",
@@ -133,6 +130,16 @@ std::string Summary(const Emulator& emulator, const can::Network& network, const
         Count{s.malformed});
   }
   return text;
+}
+
+std::vector<WorstOverrun> WorstOverruns(const Emulator& emulator, int wake_ticks) {
+  std::vector<WorstOverrun> worst;
+  for (const rt::LateWake& late : emulator.Timing().late.Worst())
+    worst.push_back(
+        {emulator.FirstTick() + (late.wake - 1) * static_cast<std::uint64_t>(wake_ticks) + 1, late});
+  std::sort(worst.begin(), worst.end(),
+            [](const WorstOverrun& a, const WorstOverrun& b) { return a.tick < b.tick; });
+  return worst;
 }
 
 std::string Verdict::Text() const {

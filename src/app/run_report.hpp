@@ -19,6 +19,14 @@ std::string SimulationSummary(const Telemetry& end);
 /// The summary of a run on a bus, several lines, without the verdict.
 std::string Summary(const Emulator& emulator, const can::Network& network, const EmulatorOptions& options);
 
+/// One of the worst overruns of a run, and the tick at which it was latest.
+struct WorstOverrun {
+  std::uint64_t tick = 0;
+  rt::LateWake late;
+};
+/// In the order of time. After the run.
+std::vector<WorstOverrun> WorstOverruns(const Emulator& emulator, int wake_ticks);
+
 /// Whether a verdict about a governor may rest on this run.
 struct Verdict {
   std::vector<std::string> reasons;  ///< why not; none: it may

@@ -28,10 +28,10 @@ Json LateToJson(const Status& status, int max_catch_up_ticks) {
           {"max_catch_up_ticks", max_catch_up_ticks}};
 }
 
-Json WorstToJson(const rt::LoopTiming& timing, int wake_ticks) {
+Json WorstToJson(const Emulator& emulator, int wake_ticks) {
   Json worst = Json::array();
-  for (const rt::LateWake& late : timing.late.Worst()) {
-    worst.push_back({{"tick", (late.wake - 1) * static_cast<std::uint64_t>(wake_ticks) + 1},
+  for (const auto& [tick, late] : WorstOverruns(emulator, wake_ticks)) {
+    worst.push_back({{"tick", tick},
                      {"lateness_ns", late.lateness_ns},
                      {"compute_ns", late.compute_ns},
                      {"behind_ticks", late.behind * static_cast<std::uint64_t>(wake_ticks)},
@@ -87,7 +87,7 @@ void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator
     char hash[17];
     std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(now.sample.state_hash));
     json["state_hash"] = hash;
-    json["worst_overruns"] = WorstToJson(timing, options.task.loop.wake_ticks);
+    json["worst_overruns"] = WorstToJson(emulator, options.task.loop.wake_ticks);
     json["loop_page_faults"] = emulator.LoopPageFaults();
   }
   Replace(file, json.dump(2) + '\n');

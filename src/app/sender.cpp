@@ -1,5 +1,7 @@
 #include "servohil/app/sender.hpp"
 
+#include <algorithm>
+
 #include "servohil/rt/clock.hpp"
 
 namespace servohil::app {
@@ -15,7 +17,13 @@ void Sender::SendWaiting(bool at_once) noexcept {
   while (task_.TryPopTelemetry(telemetry)) {
     for (std::size_t i = 0; i < kPublishedCount; ++i) {
       if (!telemetry.due[i]) continue;
-      if (waiting_[i].due) ++counters_.superseded;
+      if (waiting_[i].due) {
+        ++counters_.superseded;
+        // Lateness since the status before: the newer one tells that of the one it takes the place of, too.
+        if (static_cast<Published>(i) == Published::kStatus)
+          telemetry.status.recent_lateness_ns =
+              std::max(telemetry.status.recent_lateness_ns, waiting_[i].telemetry.status.recent_lateness_ns);
+      }
       waiting_[i].due = true;
       waiting_[i].telemetry = telemetry;
     }

@@ -78,6 +78,7 @@ void SimulationTask::Account(const rt::LoopTiming& timing) noexcept {
 /// Simulated time does not pass; what is due is published all the same.
 bool SimulationTask::StandStill() noexcept {
   now_.status.mode = Mode::kFrozen;
+  ServeRequests();
   for (int i = 0; i < options_.loop.wake_ticks; ++i) Publish(now_.sample.tick + ++frozen_ticks_);
   newest_.Put(now_);
   return GoesOn();
@@ -150,6 +151,11 @@ void SimulationTask::Serve(const Request& request) noexcept {
   const std::uint64_t next_tick = now_.sample.tick + 1;
   fault::Schedule& faults = simulation_.Faults();
   Answer answer{request.number, Answer::Result::kApplied, next_tick};
+  if (now_.status.mode == Mode::kFrozen && request.kind != Request::Kind::kSnapshot) {
+    answer.result = Answer::Result::kFrozen;
+    answers_.TryPush(answer);
+    return;
+  }
   switch (request.kind) {
     case Request::Kind::kInject: {
       fault::Injection injection = request.injection;

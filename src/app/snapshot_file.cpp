@@ -172,7 +172,7 @@ SnapshotFile ReadSnapshot(const std::filesystem::path& file) {
   } catch (const Json::exception& error) {
     throw UsageError(name + ": damaged or no snapshot: it is not JSON");
   }
-  if (!whole.is_object() || whole.value("format", "") != kFormat)
+  if (!whole.is_object() || whole.value("format", Json()) != kFormat)
     throw UsageError(name + ": no servohil snapshot (\"format\" is not \"" + kFormat + "\")");
   try {
     if (const int version = whole.at("version"); version != kVersion) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "formatted.hpp"
+#include "servohil/error.hpp"
 #include "snapshot_file.hpp"
 
 namespace servohil::app {
@@ -26,6 +27,16 @@ class SnapshotWriter {
           directory_ / Formatted("snapshot-%llu.json", static_cast<unsigned long long>(snapshot.sample.tick));
       WriteSnapshot(file, {SERVOHIL_VERSION, snapshot, texts_});
       spdlog::info("snapshot: {}", file.string());
+    }
+  }
+
+  /// The same for a run that must go on: one that cannot be written is told and given up.
+  template <typename Source>
+  void WriteAllOrTell(Source& source) const {
+    try {
+      WriteAll(source);
+    } catch (const EnvironmentError& error) {
+      spdlog::error("{}", error.what());
     }
   }
 

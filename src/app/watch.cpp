@@ -10,6 +10,7 @@
 
 #include "run_report.hpp"
 #include "run_statistics.hpp"
+#include "servohil/error.hpp"
 #include "servohil/rt/clock.hpp"
 
 namespace servohil::app {
@@ -39,7 +40,7 @@ void Watch::Run(const StopSignals& signals) {
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
     if (control_ != nullptr) control_->Serve(now_);
-    snapshots_.WriteAll(emulator_);
+    snapshots_.WriteAllOrTell(emulator_);
     if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
   }
   if (terminal_) std::cout << '\n';
@@ -80,6 +81,17 @@ void Watch::LogWhatWentWrong() {
   }
 }
 
+/// The run goes on without; at its end it is an error.
+void Watch::WriteStatisticsSoFar() {
+  if (statistics_.empty()) return;
+  try {
+    WriteStatistics(statistics_, emulator_, now_, network_, options_, false);
+  } catch (const EnvironmentError& error) {
+    spdlog::error("{}", error.what());
+    statistics_.clear();
+  }
+}
+
 void Watch::TellEachSecond() {
   const std::int64_t now_ns = rt::MonotonicNs();
   if (terminal_) {
@@ -87,7 +99,7 @@ void Watch::TellEachSecond() {
         static_cast<double>(now_.sample.tick - last_tick_) * 1e9 / static_cast<double>(now_ns - last_ns_);
     std::cout << "\r\033[K" << StatusLine(now_, ticks_per_s, emulator_, network_.Statistics()) << std::flush;
   }
-  if (!statistics_.empty()) WriteStatistics(statistics_, emulator_, now_, network_, options_, false);
+  WriteStatisticsSoFar();
   last_ns_ = now_ns;
   last_tick_ = now_.sample.tick;
 }

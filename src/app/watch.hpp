@@ -28,6 +28,7 @@ class Watch {
   /// @return whether one asked for the end
   bool TakeSignals(const StopSignals& signals);
   void LogWhatWentWrong();
+  void WriteStatisticsSoFar();
   void TellEachSecond();
 
   Emulator& emulator_;

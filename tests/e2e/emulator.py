@@ -25,7 +25,7 @@ CONFIGURATION = REPOSITORY / "config" / "servohil.toml"
 DBC = REPOSITORY / "config" / "servohil.dbc"
 
 OK, NOT_VALID, USAGE, ENVIRONMENT = 0, 1, 2, 3  # exit statuses of the program
-WAITING, RUNNING, STOPPED = 0, 1, 3             # signal Mode
+WAITING, RUNNING, STOPPED, FROZEN = 0, 1, 3, 4  # signal Mode
 TICKS_PER_MS = 10
 PATIENCE_S = 20.0  # for anything that should come within milliseconds: the machine may be busy
 IN_GUEST = bool(os.environ.get("SERVOHIL_GUEST"))  # virtual time: no tick is ever late
@@ -47,11 +47,12 @@ def settings(**keys):
 class Emulator:
     """A running `servohil run`. As a context: killed at the end if it still runs."""
 
-    def __init__(self, buses, *arguments):
+    def __init__(self, buses, *arguments, **more):
         self._errors = tempfile.TemporaryFile("w+")
         self._process = subprocess.Popen(
             [PROGRAM, "run", *(word for bus in buses for word in ("--can", bus)), *map(str, arguments)],
-            stdout=subprocess.PIPE, stderr=self._errors, text=True, cwd=REPOSITORY)
+            stdout=subprocess.PIPE, stderr=self._errors, text=True, cwd=REPOSITORY, **more)
+        self.process_id = self._process.pid
         self._watchdog = threading.Timer(120.0, self._process.kill)  # no test may hang
         self._watchdog.start()
         self.ready = self._process.stdout.readline()
@@ -80,6 +81,17 @@ class Emulator:
 
     def signal(self, how):
         self._process.send_signal(how)
+
+    def pause(self, seconds):
+        """Stops it for at least this long; @return how long it certainly stood [s]"""
+        self.signal(signal.SIGSTOP)
+        while Path(f"/proc/{self.process_id}/stat").read_text().rpartition(")")[2].split()[0] != "T":
+            pass
+        begin = time.monotonic()
+        let_time_pass(seconds)
+        stood = time.monotonic() - begin
+        self.signal(signal.SIGCONT)
+        return stood
 
     def continue_after(self, seconds):
         """SIGCONT, later and from elsewhere."""

@@ -75,6 +75,8 @@ class Emulator {
   const rt::LatencyHistogram& ArrivalToFrame() const noexcept { return sender_->ArrivalToFrame(); }
   /// Its histograms; the rest after Stop().
   const rt::LoopTiming& Timing() const noexcept { return loop_.Timing(); }
+  /// After which the run began: 0, or that of the snapshot.
+  std::uint64_t FirstTick() const noexcept { return task_->FirstTick(); }
 
   // After Stop():
   const Telemetry& Final() const noexcept { return task_->Now(); }

@@ -19,7 +19,7 @@ struct Request {
 
 /// The simulation's answer.
 struct Answer {
-  enum class Result : std::uint8_t { kApplied, kNoRoom, kNoSuchFault };
+  enum class Result : std::uint8_t { kApplied, kNoRoom, kNoSuchFault, kFrozen };
 
   std::uint64_t number = 0;
   Result result = Result::kApplied;

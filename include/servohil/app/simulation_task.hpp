@@ -76,6 +76,8 @@ class SimulationTask {
 
   /// The thread that runs the ticks.
   const Telemetry& Now() const noexcept { return now_; }
+  /// After which this run began: 0, or that of the snapshot. Any thread.
+  std::uint64_t FirstTick() const noexcept { return first_tick_; }
 
   /// From the arrival of a command's frame to the first tick that used it. Any thread.
   const rt::LatencyHistogram& ArrivalToTick() const noexcept { return arrival_to_tick_; }

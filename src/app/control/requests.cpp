@@ -173,6 +173,8 @@ Json ToJson(const Answer& answer) {
                                 fault::Schedule::kMostInjections));
     case Answer::Result::kNoSuchFault:
       return Rejected("this fault is not injected");
+    case Answer::Result::kFrozen:
+      return Rejected("simulated time is frozen (loop.overrun = \"freeze\"): nothing acts any more");
     default:
       return {{"result", "APPLIED"}, {"tick", answer.tick}};
   }

@@ -83,10 +83,15 @@ Server::~Server() {
 
 void Server::AddTo(std::vector<pollfd>& descriptors) const {
   constexpr short kInput = POLLIN;
-  constexpr short kBoth = POLLIN | POLLOUT;
+  constexpr short kOutput = POLLOUT;
+  constexpr short kNothing = 0;
   descriptors.push_back({fd_, kInput, 0});
-  for (const Client& client : clients_)
-    descriptors.push_back({client.fd, client.output.empty() ? kInput : kBoth, 0});
+  for (const Client& client : clients_) {
+    // One that has ended is readable for ever: not to be waited for.
+    const short input = client.ended ? kNothing : kInput;
+    const short output = client.output.empty() ? kNothing : kOutput;
+    descriptors.push_back({client.fd, static_cast<short>(input | output), 0});
+  }
 }
 
 void Server::Serve(const Telemetry& now) {
@@ -96,8 +101,8 @@ void Server::Serve(const Telemetry& now) {
   for (Client& client : clients_) Read(client);
   TakeAnswers();
   for (Client& client : clients_) Write(client);
-  clients_.remove_if([](const Client& client) {
-    const bool gone = client.ended && client.output.empty();
+  clients_.remove_if([this](const Client& client) {
+    const bool gone = client.lost || (client.ended && client.output.empty() && !IsOwed(client));
     if (gone) close(client.fd);
     return gone;
   });
@@ -126,6 +131,7 @@ void Server::Read(Client& client) {
     client.ended = size <= 0;
     if (size > 0) client.input.append(bytes.data(), static_cast<std::size_t>(size));
     for (std::size_t end = 0; !client.ended && (end = client.input.find('\n')) != std::string::npos;) {
+      if (end > kLongestLine) break;
       const std::string line = client.input.substr(0, end);
       client.input.erase(0, end + 1);
       if (!line.empty()) TakeLine(client, line);
@@ -181,12 +187,17 @@ void Server::TakeAnswers() {
   }
 }
 
+/// One that has ended its requests, but may still read: `printf ... | nc -N`.
+bool Server::IsOwed(const Client& client) const {
+  return std::any_of(asked_.begin(), asked_.end(),
+                     [&](const Asked& asked) { return asked.client == client.number; });
+}
+
 void Server::Reply(Client& client, const std::string& id, const Json& answer) {
   std::string text = answer.dump(-1, ' ', false, Json::error_handler_t::replace);
   text.insert(1, "\"id\":" + id + ",");
   if (client.output.size() + text.size() > kMostOutput) {  // does not read
-    client.output.clear();
-    client.ended = true;
+    client.lost = true;
     return;
   }
   client.output += text + '\n';
@@ -200,8 +211,8 @@ void Server::Write(Client& client) {
       continue;
     }
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
-    client.output.clear();
-    client.ended = true;
+    client.lost = true;
+    return;
   }
 }
 

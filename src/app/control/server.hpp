@@ -41,7 +41,8 @@ class Server {
     std::uint64_t number = 0;
     std::string input;
     std::string output;
-    bool ended = false;  ///< sends nothing more; closed when its output is out
+    bool ended = false;  ///< sends nothing more; closed when all its answers are out
+    bool lost = false;   ///< does not read, or is gone: closed at once
   };
   /// A request that the simulation has not answered yet.
   struct Asked {
@@ -54,6 +55,7 @@ class Server {
   void Read(Client& client);
   void TakeLine(Client& client, const std::string& line);
   void TakeAnswers();
+  bool IsOwed(const Client& client) const;
   static void Reply(Client& client, const std::string& id, const nlohmann::json& answer);
   static void Write(Client& client);
 

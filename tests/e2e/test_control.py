@@ -1,0 +1,478 @@
+"""The control socket: whoever misbehaves there, the run goes on and the others are answered; and `servohil fault`,
+`servohil status` over it."""
+
+import json
+import random
+import re
+import signal
+import socket
+import stat
+
+import pytest
+
+from control_socket import Control
+from emulator import ENVIRONMENT, NOT_VALID, OK, RUNNING, USAGE, Emulator, run, settings
+
+LOCKSTEP = ("--clock", "lockstep")
+TICKS = 100  # per command in lockstep
+REST_P1_PSI = 30.263
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "control.sock"
+
+
+@pytest.fixture
+def emulator(start, path):
+    """Runs in real time with a control socket of its own."""
+    return start("--control", path)
+
+
+def goes_on(path):
+    """Somebody else's questions and requests are answered, by the watching thread and by the simulation."""
+    with Control(path) as other:
+        before = other.ask("status", id=7)
+        assert before["result"] == "OK" and before["id"] == 7
+        assert other.inject("hot_oil") > 0 and other.clear("hot_oil") > 0
+        assert other.ask("faults")["faults"] == []
+
+
+def fault(*arguments, path, status=OK):
+    """`servohil fault`: its output; what it complains of in one line."""
+    done = run("fault", *arguments, "--control", path, status=status)
+    if status == OK:
+        assert done.stderr == ""
+        return done.stdout
+    assert done.stdout == "" and done.stderr.count("\n") == 1 and done.stderr.startswith("servohil: ")
+    return done.stderr
+
+
+# --- Clients that misbehave ------------------------------------------------------------------------------------------
+
+def test_the_socket_is_for_user_and_group_and_goes_with_the_run(emulator, path):
+    mode = path.lstat().st_mode
+    assert stat.S_ISSOCK(mode) and stat.S_IMODE(mode) == 0o660
+    emulator.stop()
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("line", [
+    b"hello", b"{", b"\x00\xff\xfe", b"[]", b"null", b"7", b'"status"', b"{}", b'{"request": 7}', b'{"request": "state"}',
+    b'{"request": "inject"}', b'{"request": "inject", "fault": null}', b'{"request": "inject", "fault": {"a": []}}',
+    b'{"request": "inject", "fault": "stiction", "parameters": [1]}',
+    b'{"request": "inject", "fault": "stiction", "parameters": {"psi": "5"}}',
+    b'{"request": "inject", "fault": "stiction", "parameters": {"psi": 1e999}}',
+    b'{"request": "inject", "fault": "stiction", "parameters": {"psi": -1}}',
+    b'{"request": "inject", "fault": "stiction", "parameters": {"for_s": 1e300}}',
+    b'{"request": "clear", "fault": 3}', b'{"request": "clear", "fault": "stiction"}',
+    b'{"request": "command"}', b'{"request": "command", "p1_psi": 301}', b'{"request": "command", "p1_psi": null}',
+    b"[" * 4000, b'{"a":' * 800, b'{"id": "' + b"x" * 4000 + b'"}', b"x" * 4096,
+])
+def test_each_line_is_answered_with_a_reason(emulator_for_lines, line):
+    with Control(emulator_for_lines) as client:
+        client.write(line + b"\n")
+        answer = client.answer()
+        assert answer["result"] == "REJECTED" and 0 < len(answer["reason"]) < 300
+        assert client.ask("status")["result"] == "OK", "the connection goes on"
+
+
+@pytest.fixture(scope="module")
+def emulator_for_lines(tmp_path_factory):
+    path = tmp_path_factory.mktemp("control") / "control.sock"
+    with Emulator(["slcan:pty"], "--control", path) as emulator:
+        yield path
+        emulator.stop()
+
+
+def test_a_reason_names_what_is_wrong_and_what_would_be_right(emulator_for_lines):
+    with Control(emulator_for_lines) as client:
+        for request, says in (
+                ({"request": "statsu"}, "did you mean status?"),
+                ({"request": "inject", "fault": "stictoin"}, "did you mean stiction?"),
+                ({"request": "inject", "fault": "stiction", "parameters": {"pis": 5}}, "did you mean psi?"),
+                ({"request": "inject", "fault": "stiction", "parameters": {"psi": 401}}, "from 0 to 400 psi"),
+                ({"request": "inject", "fault": "gas_charge_lost"}, "stabilizer.enabled is false"),
+                ({"request": "command", "p1_psi": -0.1}, "from 0 to 300 psi")):
+            answer = client.ask(**request)
+            assert answer["result"] == ("UNSUPPORTED" if "stabilizer" in says else "REJECTED"), answer
+            assert says in answer["reason"]
+
+
+@pytest.mark.parametrize("size", [5000, 100_000])
+def test_an_endless_line_ends_its_client_alone(emulator, path, size):
+    with Control(path) as client:
+        try:
+            client.write(b"x" * size + b"\n" + b'{"request": "status"}\n')
+        except (BrokenPipeError, ConnectionResetError):
+            pass  # closed already
+        answer = client.answer()
+        assert answer["result"] == "REJECTED" and "4096" in answer["reason"]
+        assert client.answer() is None
+    goes_on(path)
+    emulator.stop()
+
+
+def test_half_lines_wait_for_their_end(emulator, path):
+    with Control(path) as client:
+        client.write(b'{"request": "sta')
+        goes_on(path)
+        client.write(b'tus", "id": 1}\n{"request": "faults", "id": 2}\n\n{"request": "ca')
+        assert [client.answer()["id"] for _ in range(2)] == [1, 2]
+        client.write(b'talogue", "id": [3, {"a": null}]}\n')
+        answer = client.answer()
+        assert answer["id"] == [3, {"a": None}] and len(answer["catalogue"]) > 20
+    emulator.stop()
+
+
+def test_requests_without_an_id_are_answered_in_order(emulator, path):
+    with Control(path) as client:
+        client.write(b'{"request": "inject", "fault": "hot_oil"}\n{"request": "clear"}\n')
+        ticks = [client.answer()["tick"] for _ in range(2)]
+        assert ticks == sorted(ticks)
+    emulator.stop()
+
+
+def test_who_ends_its_requests_still_gets_its_answers(emulator, path):
+    """As `printf ... | nc -NU` does: half of the connection is closed before the simulation has answered."""
+    with Control(path) as client:
+        client.write(b'{"request": "inject", "fault": "hot_oil", "id": 1}\n{"request": "clear", "id": 2}\n')
+        client.socket.shutdown(socket.SHUT_WR)
+        assert [client.answer()["id"] for _ in range(2)] == [1, 2]
+        assert client.answer() is None
+    emulator.stop()
+
+
+def test_twenty_clients(emulator, path):
+    """Sixteen are served; the others are told by the end of their connection, and find room once one has gone."""
+    clients = [Control(path) for _ in range(20)]
+    served = []
+    for number, client in enumerate(clients):
+        try:
+            answer = client.ask("status", id=number)
+        except (BrokenPipeError, ConnectionResetError):
+            answer = None
+        if answer:
+            assert answer["id"] == number
+            served.append(client)
+    assert served == clients[:16]
+    for client in served[:2]:
+        client.close()
+    goes_on(path)
+    assert all(client.ask("status")["result"] == "OK" for client in served[2:])
+    for client in clients:
+        client.close()
+    emulator.stop()
+
+
+def test_a_client_that_never_reads(emulator, path):
+    """It is cut off once too much waits for it; nobody else notices."""
+    with Control(path) as deaf:
+        deaf.socket.settimeout(0.5)
+        request = b'{"request": "catalogue"}\n' * 100
+        try:
+            while True:  # until cut off: one answer is longer than 8 KB
+                deaf.write(request)
+                goes_on(path)
+        except (BrokenPipeError, ConnectionResetError):
+            pass
+    goes_on(path)
+    emulator.stop()
+
+
+def test_a_client_that_half_closes_and_never_reads(start, connect, path):
+    """Waits for nothing but room: the watching thread sleeps meanwhile, as the CPU time of the process shows."""
+    emulator = start("--control", path, *LOCKSTEP)  # nothing else computes
+    with Control(path) as deaf:
+        deaf.write(b'{"request": "catalogue"}\n' * 30)
+        deaf.socket.shutdown(socket.SHUT_WR)
+        goes_on(path)
+        before = cpu_time_s(emulator.process_id)
+        with Emulator(["slcan:pty"], "--rt", "off", "--control", "none", "--duration", "1") as clock:
+            clock.wait(may_be_late=True)
+        assert cpu_time_s(emulator.process_id) - before < 0.5
+    emulator.stop()
+
+
+def cpu_time_s(process):
+    with open(f"/proc/{process}/stat") as file:
+        fields = file.read().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / 100
+
+
+def test_clients_that_vanish(emulator, path):
+    """In the middle of a line, of an answer, with a request that the simulation has still to answer; at random."""
+    chance = random.Random(5)
+    for _ in range(200):
+        client = Control(path)
+        client.write(chance.choice([b"", b'{"request": "sta', b'{"request": "catalogue"}\n' * 5,
+                                    b'{"request": "inject", "fault": "hot_oil"}\n' * 3, b'{"request": "clear"}\n',
+                                    bytes(chance.randrange(256) for _ in range(50))]))
+        if chance.random() < 0.2:
+            client.socket.shutdown(chance.choice([socket.SHUT_RD, socket.SHUT_WR, socket.SHUT_RDWR]))
+        client.close()
+    with Control(path) as client:
+        client.clear()
+    goes_on(path)
+    emulator.stop()
+
+
+def test_many_requests_at_once_are_all_answered(emulator, path):
+    """More than the simulation takes at once: the rest is refused, not lost."""
+    with Control(path) as client:
+        client.write(b'{"request": "inject", "fault": "hot_oil"}\n' * 300)
+        answers = [client.answer() for _ in range(300)]
+        assert {a["result"] for a in answers} <= {"APPLIED", "REJECTED"}
+        assert {a["reason"] for a in answers if a["result"] == "REJECTED"} <= {"too many requests wait already"}
+        assert sum(a["result"] == "APPLIED" for a in answers) >= 60
+    goes_on(path)
+    emulator.stop()
+
+
+# --- Whose socket it is ----------------------------------------------------------------------------------------------
+
+def test_the_socket_of_a_killed_run_is_replaced(start, path):
+    killed = start("--control", path)
+    killed.signal(signal.SIGKILL)
+    killed.__exit__()
+    assert path.is_socket()
+    emulator = start("--control", path)
+    goes_on(path)
+    emulator.stop()
+
+
+def test_a_second_run_goes_without_or_refuses(start, path, tmp_path):
+    """The default one is a convenience, one that is asked for a promise."""
+    environment = {"XDG_RUNTIME_DIR": str(tmp_path), "PATH": "/usr/bin:/bin"}
+    default = tmp_path / "servohil.sock"
+    with Emulator(["slcan:pty"], env=environment) as first, Emulator(["slcan:pty"], env=environment) as second:
+        assert f"control socket: {default}" in first.log()
+        assert "no control socket: " in second.log() and f"{default}: another servohil has this" in second.log()
+        goes_on(default)
+        second.stop()
+        goes_on(default)
+        done = run("run", "--can", "slcan:pty", "--control", default, "--duration", 0.1, status=ENVIRONMENT)
+        errors = [line for line in done.stderr.splitlines() if not line.startswith("servohil: info: ")]
+        assert len(errors) == 1 and str(default) in errors[0] and "--control" in errors[0]
+        first.stop()
+
+
+def test_a_place_where_no_socket_can_be(tmp_path):
+    file = tmp_path / "a-file"
+    file.write_text("somebody's")
+    for path, status in ((tmp_path / "gone" / "control.sock", ENVIRONMENT), (file, ENVIRONMENT),
+                         (tmp_path / ("x" * 120), USAGE)):
+        done = run("run", "--can", "slcan:pty", "--control", path, "--duration", 0.1, status=status)
+        errors = [line for line in done.stderr.splitlines() if not line.startswith("servohil: info: ")]
+        assert len(errors) == 1 and str(path) in errors[0]
+    assert file.read_text() == "somebody's"
+
+
+def test_nobody_there(tmp_path):
+    path = tmp_path / "nobody.sock"
+    for words in (("fault", "inject", "stiction"), ("fault", "clear", "--all"), ("status",), ("fault", "list")):
+        done = run(*words, "--control", path, status=ENVIRONMENT)
+        assert done.stderr.count("\n") == 1 and str(path) in done.stderr and "servohil run" in done.stderr
+
+
+# --- servohil fault, servohil status ---------------------------------------------------------------------------------
+
+def test_inject_list_clear(emulator, connect, path):
+    client = connect(emulator)
+    client.newest("SERVO_Status", lambda f: f["ActiveFaults"] == 0)
+    told = fault("inject", "stiction", "psi=12.5", path=path)
+    assert re.fullmatch(r"APPLIED: stiction from tick \d+ \(\d+\.\d{4} s\) on\n", told)
+    client.newest("SERVO_Status", lambda f: f["ActiveFaults"] == 1)
+    fault("inject", "hot_oil", path=path)
+    fault("inject", "stiction", "psi=5", path=path)  # takes the place of the first
+    client.newest("SERVO_Status", lambda f: f["ActiveFaults"] == 2)
+    listed = fault("list", path=path)
+    assert re.findall(r"^  (\w+) .*\*\* injected, 100 % \*\*$", listed, re.M) == ["hot_oil", "stiction"]
+    with Control(path) as control:
+        assert {f["fault"]: f["parameters"] for f in control.ask("faults")["faults"]} == {
+            "hot_oil": {"temperature_c": 80.0}, "stiction": {"psi": 5.0}}
+    assert fault("clear", "hot_oil", path=path).startswith("APPLIED: cleared from tick ")
+    client.newest("SERVO_Status", lambda f: f["ActiveFaults"] == 1)
+    assert "not injected" in fault("clear", "hot_oil", path=path, status=USAGE)
+    fault("clear", "--all", path=path)
+    client.newest("SERVO_Status", lambda f: f["ActiveFaults"] == 0)
+    assert "injected" not in fault("list", path=path)
+    emulator.stop()
+
+
+def test_every_fault_is_shown_as_the_run_knows_it(emulator_for_lines):
+    with Control(emulator_for_lines) as control:
+        catalogue = control.ask("catalogue")["catalogue"]
+    listed = run("fault", "list", "--control", emulator_for_lines).stdout
+    assert re.findall(r"^  (\w+)", listed, re.M) == [one["fault"] for one in catalogue]
+    for one in catalogue:
+        shown = run("fault", "show", one["fault"]).stdout
+        assert shown.startswith(f"{one['fault']} ({one['part']})\n  {one['effect']}\n")
+        for p in one["parameters"]:
+            assert re.search(rf"^  {p['name']} +{re.escape(p['meaning'])}; {p['minimum']:g} to {p['maximum']:g} .*default "
+                             rf"{p['default']:g}$", shown, re.M), p
+
+
+def test_status_agrees_with_the_bus(start, connect, path):
+    emulator = start("--control", path, *LOCKSTEP)
+    client = connect(emulator)
+    client.send_p1(31.0)
+    answer = client.until(lambda f: f.name == "SERVO_Status")
+    told = dict(line.split(maxsplit=1) for line in run("status", "--control", path).stdout.splitlines())
+    assert int(told["tick"]) == answer[0]["Tick"] == TICKS and told["mode"] == "RUNNING" and answer[-1]["Mode"] == RUNNING
+    assert float(told["x3_in"]) == pytest.approx(answer[0]["X3"], abs=0.0001)
+    assert float(told["p3_psi"]) == pytest.approx(answer[1]["P3"], abs=0.005)
+    assert float(told["p1_psi"]) == 31.0 and told["timing_valid"] == "true" and told["active_faults"] == "0"
+    emulator.stop()
+
+
+@pytest.mark.parametrize("words, says", [
+    (("inject", "stictoin"), "did you mean stiction?"),
+    (("inject", "stiction", "psj=5"), "did you mean psi?"),
+    (("inject", "stiction", "psi=401"), "psi = 401.0: must be a number from 0 to 400 psi"),
+    (("inject", "stiction", "psi=-1"), "from 0 to 400 psi"),
+    (("inject", "stiction", "psi"), "NAME=NUMBER"),
+    (("inject", "stiction", "psi=5psi"), "NAME=NUMBER"),
+    (("inject", "stiction", "psi=nan"), "psi"),
+    (("inject", "stiction", "ramp_s=-1"), "ramp_s"),
+    (("inject", "stiction", "fraction=0.1"), "stiction has no parameter fraction; it has psi, at_s, ramp_s, for_s"),
+    (("inject", "stabilizer_isolated"), "UNSUPPORTED: stabilizer_isolated: stabilizer.enabled is false"),
+    (("clear", "stictoin"), "did you mean stiction?"),
+    (("clear",), "--all"),
+    (("clear", "stiction", "--all"), "--all"),
+])
+def test_mistakes_of_the_command_line(emulator_for_lines, words, says):
+    assert says in fault(*words, path=emulator_for_lines, status=USAGE)
+
+
+def test_show_knows_the_nearest_name():
+    done = run("fault", "show", "air_entrainmnet", status=USAGE)
+    assert done.stderr.count("\n") == 1 and "did you mean air_entrainment?" in done.stderr
+
+
+def test_what_the_thesis_model_does_not_have_is_unsupported(start, path):
+    emulator = start("--control", path, *settings(model__physics="thesis"))
+    for name in ("air_entrainment", "stiction", "drain_back_pressure"):
+        told = fault("inject", name, path=path, status=USAGE)
+        assert f'UNSUPPORTED: {name}: model.physics = "thesis"' in told
+    with Control(path) as control:
+        unsupported = [one["fault"] for one in control.ask("catalogue")["catalogue"] if one["unsupported"]]
+        assert {"air_entrainment", "stiction", "drain_back_pressure"} < set(unsupported)
+    fault("inject", "bulk_modulus", path=path)
+    emulator.stop()
+
+
+@pytest.mark.parametrize("armed, bus_is_virtual", [("no", True), ("auto", False)])
+def test_faults_that_are_not_armed(start, connect, path, armed, bus_is_virtual):
+    """auto: a serial adapter may lead to a real machine. Another emulator's terminal plays it."""
+    adapter = start()
+    bus = "slcan:pty" if bus_is_virtual else adapter.urls[0]
+    if bus.startswith("socketcan"):
+        pytest.skip("no serial adapter to play here")
+    with Emulator([bus], "--control", path, *settings(fault__armed=armed)) as emulator:
+        told = fault("inject", "stiction", path=path, status=USAGE)
+        assert "REJECTED: faults are not armed: " in told and ("fault.armed" in told)
+        emulator.stop()
+    adapter.stop()
+
+
+# --- What a fault does, tick by tick ---------------------------------------------------------------------------------
+
+def step(client, p1_psi=REST_P1_PSI):
+    """One command in lockstep; the answer's frames by name."""
+    client.send_p1(p1_psi)
+    return {f.name: f for f in client.until(lambda f: f.name == "SERVO_Status")}
+
+
+def test_a_fault_begins_ramps_and_ends_at_its_ticks(start, connect, path):
+    emulator = start("--control", path, *LOCKSTEP)
+    client = connect(emulator)
+    step(client)
+    told = fault("inject", "supply_sag", "depth_psi=100", "ramp_s=0.02", "for_s=0.03", "--at", "0.02", path=path)
+    assert told == "APPLIED: supply_sag from tick 201 (0.0201 s) on\n"
+    active, shares, supply = [], [], []
+    with Control(path) as control:
+        for _ in range(8):
+            active.append(int(step(client)["SERVO_Status"]["ActiveFaults"]))
+            shares.append([f["share"] for f in control.ask("faults")["faults"]])
+            supply.append(control.ask("status")["p2_psi"])
+    #                ticks: 200   300    400    500    600    700  800  900; begins to fall at 501, over at 701
+    assert active == [0, 1, 1, 1, 1, 0, 0, 0]
+    assert shares == [[0.0], [0.5], [1.0], [1.0], [0.5], [0.0], [], []]
+    assert supply == [300.0, 250.0, 200.0, 200.0, 250.0, 300.0, 300.0, 300.0]
+    emulator.stop()
+
+
+def test_a_fault_in_the_past_begins_now(start, connect, path):
+    emulator = start("--control", path, *LOCKSTEP)
+    client = connect(emulator)
+    step(client)
+    assert "from tick 101 " in fault("inject", "hot_oil", "--at", "0", path=path)
+    assert step(client)["SERVO_Status"]["ActiveFaults"] == 1
+    emulator.stop()
+
+
+def hash_of(start, connect, path, disturb=lambda control: None, steps=30):
+    """Of a lockstep run with friction, at rest in its first half and then moved; `disturb` acts after the first tick."""
+    emulator = start("--control", path, *LOCKSTEP, *settings(friction__coulomb_psi=3))
+    client = connect(emulator)
+    step(client)
+    with Control(path) as control:
+        disturb(control)
+    for number in range(1, steps):
+        last = step(client, REST_P1_PSI if number < steps // 2 else REST_P1_PSI + 0.1 * (number % 5))
+    assert last["SERVO_Status"]["ActiveFaults"] == 0 or disturb is None
+    client.close()
+    result = emulator.stop()
+    assert result.ticks == steps * TICKS and result.status == OK
+    return result.hash
+
+
+def test_cleared_faults_leave_no_trace(start, connect, path):
+    """Injected and cleared between two ticks: to the last bit the run that never had one. And one that acts for a while,
+    but on what plays no role at rest (an orifice's silt and friction of a piston that sticks do): not the same run."""
+    unfaulted = hash_of(start, connect, path)
+
+    def inject_and_clear_all(control):
+        for one in control.ask("catalogue")["catalogue"]:
+            if not one["unsupported"]:
+                control.inject(one["fault"])
+                if len(control.ask("faults")["faults"]) == 8:
+                    control.clear()
+        control.clear()
+
+    def inject_for_a_while(control):
+        control.inject("load_step", psi=20.0, for_s=0.01)
+
+    assert hash_of(start, connect, path, inject_and_clear_all) == unfaulted
+    assert hash_of(start, connect, path, inject_for_a_while) != unfaulted
+
+
+def test_a_cleared_fault_that_acted_gives_the_unfaulted_parameters_back(start, connect, path):
+    """A jam while P1 rests: the piston, held by friction anyhow, does not move; after the jam is cleared the run is that
+    which never had one."""
+    def jam(control):
+        control.inject("piston_jammed", for_s=0.05)
+
+    assert hash_of(start, connect, path, jam) == hash_of(start, connect, path)
+
+
+# --- Frozen ----------------------------------------------------------------------------------------------------------
+
+def test_requests_to_a_frozen_run_are_answered(start, connect, path, tmp_path):
+    emulator = start("--control", path, "--snapshot-dir", tmp_path,
+                     *settings(loop__overrun="freeze", loop__max_catch_up_ticks=300))
+    client = connect(emulator)
+    client.newest("SERVO_Position")
+    emulator.pause(0.06)
+    client.newest("SERVO_Status", lambda f: f["Mode"] == 4)
+    with Control(path) as control:
+        assert control.ask("status")["mode"] == "FROZEN"
+        for request in ({"request": "inject", "fault": "hot_oil"}, {"request": "command", "p1_psi": 40.0},
+                        {"request": "clear"}):
+            answer = control.ask(**request)
+            assert answer["result"] == "REJECTED" and "frozen" in answer["reason"]
+        tick = control.snapshot()
+    result = emulator.stop(may_be_late=True)
+    assert result.status == NOT_VALID and result.ticks == tick
+    assert json.loads((tmp_path / f"snapshot-{tick}.json").read_text())["content"]["state"]["tick"] == tick
