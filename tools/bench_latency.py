@@ -2,8 +2,8 @@
 """Latencies of `servohil run` at 0.1 ms, one tick a wake-up, as ratios within one run of this program:
 
  - wake-ups beside cyclictest's, same priority, period and CPU, on the machine as it is and under stress-ng
- - wake-ups while everything is recorded and every message is published each 1 ms, beside those of a run that does
-   neither; in both, a client reads all frames and sends a command every 10 ms
+ - wake-ups while every tick is recorded and every message published each 1 ms ("both"), and while only the latter is so
+   ("published"), beside a run that does neither; in all, a client reads all frames and sends a command every 10 ms
 
 Each number is the median over the rounds and (min..max). Needs real-time privilege. Nothing is asserted.
 """
@@ -12,7 +12,7 @@ import os
 import subprocess
 import tempfile
 
-from bench_rounds import alternate, print_table, ratios
+from bench_rounds import alternate, end_children_on_sigterm, print_table, ratios
 from bench_runs import (PERIOD_US, PRIORITY, QUANTILES, cyclictest_us, load, quantiles_us, require_real_time,
                         run_servohil)
 
@@ -44,6 +44,7 @@ def recorded(arguments):
 
 def cost_of_recording(arguments):
     measurements = {"neither": lambda: run_servohil([], arguments.seconds, arguments.cpu, with_client=True),
+                    "published": lambda: run_servohil(EVERY_MS, arguments.seconds, arguments.cpu, with_client=True),
                     "both": lambda: recorded(arguments)}
     results = alternate(measurements, arguments.rounds)
     goals = dict.fromkeys(("p50", "p99", "p99.9"), "at most 1.05")
@@ -51,8 +52,10 @@ def cost_of_recording(arguments):
                                    ("arrival_to_frame", False, None)]:
         us = {name: [quantiles_us(statistics[what]) for statistics in rounds] for name, rounds in results.items()}
         print(f"-- {what}")
-        print_table(COLUMNS, [("neither", us["neither"], 1), ("both", us["both"], 1)]
-                    + [("both/neither", ratios(us, "both", "neither"), 2)] * with_ratio, goal)
+        rows = [(name, us[name], 1) for name in measurements]
+        if with_ratio:
+            rows += [(f"{name}/neither", ratios(us, name, "neither"), 2) for name in ("published", "both")]
+        print_table(COLUMNS, rows, goal)
 
 
 def file_system(folder):
@@ -67,6 +70,7 @@ def main():
     parser.add_argument("--record-dir", default=tempfile.gettempdir(), metavar="DIR", help="where to record, for a moment; "
                         "default: $TMPDIR or /tmp")
     arguments = parser.parse_args()
+    end_children_on_sigterm()
     require_real_time()
 
     of_each = f"{arguments.rounds} rounds by turns, {arguments.seconds} s each"

@@ -4,6 +4,7 @@ A measurement is a function that returns numbers by name. Of each number the tab
 its range (min..max). Ratios are taken within a round: what disturbs all of it cancels.
 """
 import os
+import signal
 import statistics
 import subprocess
 import sys
@@ -17,6 +18,11 @@ PROGRAM = Path(os.environ.get("SERVOHIL_BUILD", REPOSITORY / "build" / "release"
 def fail(text):
     print(f"{Path(sys.argv[0]).name}: {text}", file=sys.stderr)
     sys.exit(ENVIRONMENT)
+
+
+def end_children_on_sigterm():
+    """As an exception, so that what was started is ended."""
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
 
 
 def finished(command, accepted=(0,)):

@@ -11,7 +11,7 @@ import resource
 import tempfile
 import time
 
-from bench_rounds import PROGRAM, alternate, finished, print_row, spread
+from bench_rounds import PROGRAM, alternate, end_children_on_sigterm, finished, print_row, spread
 
 SIMULATED_S = 60
 TICKS = SIMULATED_S * 10_000
@@ -78,6 +78,7 @@ def main():
     parser.add_argument("--record-dir", default=tempfile.gettempdir(), metavar="DIR", help="where to record, for a moment; "
                         "default: $TMPDIR or /tmp")
     arguments = parser.parse_args()
+    end_children_on_sigterm()
     print(f"== simulate of {SIMULATED_S} s with stabilizer and friction; {arguments.rounds} rounds by turns")
     with tempfile.NamedTemporaryFile("w", suffix=".csv") as motion:
         write_motion(motion.name)

@@ -10,7 +10,6 @@ Exit status: 0 one hash; 1 more than one, a run failed, or the hash is blind to 
 """
 import argparse
 import collections
-import contextlib
 import multiprocessing
 import os
 import random
@@ -90,8 +89,9 @@ def soak_disturbed(arguments):
     try:
         stop_now_and_then(process, random.Random(arguments.seed + 1))
     finally:
-        with contextlib.suppress(ProcessLookupError):
+        if process.exitcode is None:
             process.terminate()
+            os.kill(process.pid, signal.SIGCONT)
         process.join()
     return process.exitcode
 
