@@ -14,11 +14,12 @@ import tempfile
 
 from bench_rounds import alternate, end_children_on_sigterm, print_table, ratios
 from bench_runs import (PERIOD_US, PRIORITY, QUANTILES, cyclictest_us, load, quantiles_us, require_real_time,
-                        run_servohil)
+                        run_servohil, traffic_of)
 
 COLUMNS = {name: f"{name} [us]" for name in QUANTILES}
 EVERY_MS = [word for message in ("position", "pressures", "relay", "status")
             for word in ("--set", f"publish.{message}_ms=1")]
+TRAFFIC = {"late": "late ticks", "sent": "frames sent [1/s]", "not_sent": "not sent [1/s]", "commands": "commands [1/s]"}
 LOAD = "stress-ng"
 
 
@@ -47,6 +48,9 @@ def cost_of_recording(arguments):
                     "published": lambda: run_servohil(EVERY_MS, arguments.seconds, arguments.cpu, with_client=True),
                     "both": lambda: recorded(arguments)}
     results = alternate(measurements, arguments.rounds)
+    print("-- what they did")
+    print_table(TRAFFIC, [(name, [traffic_of(run, arguments.seconds) for run in rounds], 0)
+                          for name, rounds in results.items()])
     goals = dict.fromkeys(("p50", "p99", "p99.9"), "at most 1.05")
     for what, with_ratio, goal in [("wake_latency", True, goals), ("compute", True, None), ("arrival_to_tick", False, None),
                                    ("arrival_to_frame", False, None)]:

@@ -71,7 +71,7 @@ def run_servohil(arguments, seconds, cpu, with_client):
         try:
             ready = re.match(r"ready: slcan:([^;,]+)", process.stdout.readline())
             client = Client(ready[1]) if ready and with_client else None
-            process.stdout.read()
+            summary = process.stdout.read()
             status = process.wait()
             if client:
                 client.close()
@@ -81,11 +81,20 @@ def run_servohil(arguments, seconds, cpu, with_client):
         if status not in (0, 1):
             errors.seek(0)
             fail(f"servohil ended with {status}: {errors.read().strip().splitlines()[-1]}")
+        if "--record" in arguments and not re.search(r"^recorded .*; complete$", summary, re.MULTILINE):
+            print("NOTE: the recording is not complete, its cost too low: the disk of --record-dir is too slow or full")
         return json.load(open(statistics.name, encoding="utf-8"))
 
 
 def quantiles_us(histogram):
     return {name: histogram[key] / 1e3 for name, key in QUANTILES.items()}
+
+
+def traffic_of(statistics, seconds):
+    """What a run did, as numbers of a table."""
+    traffic = statistics["traffic"]
+    return {"late": statistics["late"]["ticks"], "sent": traffic["published"] / seconds,
+            "not_sent": traffic["not_sent"] / seconds, "commands": traffic["commands"] / seconds}
 
 
 def cyclictest_us(seconds, cpu):
