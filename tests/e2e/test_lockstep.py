@@ -3,10 +3,15 @@ the same governor is the same run, whatever the machine does meanwhile."""
 
 import random
 import signal
+import subprocess
+from pathlib import Path
 
 import pytest
-from emulator import OK, RUNNING, Emulator, run, settings
+from emulator import OK, PROGRAM, RUNNING, Emulator, run, settings
 from scripted_governor import LOCKSTEP, REST_P1_PSI, TICKS, governor
+
+SOAK = Path(__file__).resolve().with_name("lockstep_soak.py")
+
 
 def test_each_command_is_answered_with_every_message_at_its_tick(start, connect):
     emulator = start(*LOCKSTEP)
@@ -108,3 +113,19 @@ def test_fast_and_lockstep_are_one_code_path(start, connect, tmp_path):
                                                for k, p1 in enumerate(commands)))
     fast = run("run", "--clock", "fast", "--script", script, "--duration", len(commands) * TICKS * 1e-4).stdout
     assert f"hash     {result.hash}" in fast
+
+
+@pytest.mark.only("slcan")
+def test_the_soak_knows_a_program_that_differs(url, tmp_path):
+    other = tmp_path / "other"
+    other.write_text(f'#!/bin/sh\nexec {PROGRAM} "$@" --set servo.bulk_modulus_psi=90000\n')
+    other.chmod(0o755)
+
+    def soak(*programs):
+        return subprocess.run([SOAK, "--runs", "4", "--disturb", "--can", url, "--programs", *programs],
+                              capture_output=True, text=True, timeout=100)
+
+    one = soak(PROGRAM, PROGRAM)
+    assert one.returncode == 0 and one.stdout.endswith("\none hash\n"), one
+    two = soak(PROGRAM, other)
+    assert two.returncode == 1 and two.stdout.endswith("\nDIFFERENT: 2 hashes\n"), two
