@@ -1,76 +1,91 @@
 #!/usr/bin/python3
-"""Wake-up latency of servohil's loop beside cyclictest's: same priority, period and CPU, alternating in one run.
+"""Latencies of `servohil run` at 0.1 ms, one tick a wake-up, as ratios within one run of this program:
 
-Prints median, 99.9 % and maximum of each round, then the medians over the rounds and their ratios
-(servohil / cyclictest). Goal: 99.9 % at most 1.2 times cyclictest's. Needs real-time privilege (root).
+ - wake-ups beside cyclictest's, same priority, period and CPU, on the machine as it is and under stress-ng
+ - wake-ups while every tick is recorded and every message published each 1 ms ("both"), and while only the latter is so
+   ("published"), beside a run that does neither; in all, a client reads all frames and sends a command every 10 ms
+
+Each number is the median over the rounds and (min..max). Needs real-time privilege. Nothing is asserted.
 """
 import argparse
 import os
-import pathlib
-import re
-import statistics
 import subprocess
-import sys
+import tempfile
 
-PROGRAM = pathlib.Path(__file__).resolve().parent.parent / "build/release/bin/servohil"
-PRIORITY = 80
-PERIOD_US = 100
+from bench_rounds import alternate, end_children_on_sigterm, print_table, ratios
+from bench_runs import (PERIOD_US, PRIORITY, QUANTILES, cyclictest_us, load, quantiles_us, require_real_time,
+                        run_servohil, traffic_of)
 
-
-def servohil_us(cpu: int, seconds: int) -> tuple[float, float, float]:
-    """Median, 99.9 % and worst wake-up latency [us] of `servohil run` at one tick a wake-up."""
-    run = subprocess.run(
-        [PROGRAM, "run", "--can", "slcan:pty", "--rt", "require", "--duration", str(seconds), "--set", "loop.wake_ticks=1",
-         "--set", f"loop.priority={PRIORITY}", "--set", f"loop.cpu={cpu}"], capture_output=True, text=True)
-    found = re.search(r"latency median ([\d.]+) us, 99.9 % ([\d.]+) us, worst ([\d.]+) us", run.stdout)
-    if not found:
-        sys.exit(f"bench: servohil did not run: {run.stderr.strip()}")
-    return float(found[1]), float(found[2]), float(found[3])
+COLUMNS = {name: f"{name} [us]" for name in QUANTILES}
+EVERY_MS = [word for message in ("position", "pressures", "relay", "status")
+            for word in ("--set", f"publish.{message}_ms=1")]
+TRAFFIC = {"late": "late ticks", "sent": "frames sent [1/s]", "not_sent": "not sent [1/s]", "commands": "commands [1/s]"}
+LOAD = "stress-ng"
 
 
-def cyclictest_us(cpu: int, seconds: int) -> tuple[float, float, float]:
-    """The same of cyclictest, from its 1 us histogram."""
-    run = subprocess.run(
-        ["cyclictest", "-q", "-m", "-t1", "-a", str(cpu), "-p", str(PRIORITY), "-i", str(PERIOD_US), "-D", str(seconds),
-         "-h", "20000"], capture_output=True, text=True)
-    if run.returncode != 0:
-        sys.exit(f"bench: cyclictest did not run: {run.stderr.strip()}")
-    counts = {int(us): int(n) for us, n in re.findall(r"^(\d{6}) (\d+)$", run.stdout, re.MULTILINE)}
-    worst = float(re.search(r"# Max Latencies: (\d+)", run.stdout)[1])
-    total = sum(counts.values())
-    if total == 0:
-        sys.exit("bench: cyclictest recorded nothing")
-
-    def quantile(fraction: float) -> float:
-        below = 0
-        for us in sorted(counts):
-            below += counts[us]
-            if below >= fraction * total:
-                return float(us)
-        return worst
-
-    return quantile(0.5), quantile(0.999), worst
+def beside_cyclictest(arguments):
+    measurements = {"cyclictest": lambda: cyclictest_us(arguments.seconds, arguments.cpu),
+                    "servohil": lambda: plain_us(arguments)}
+    results = alternate(measurements, arguments.rounds)
+    print_table(COLUMNS, [("cyclictest", results["cyclictest"], 1), ("servohil", results["servohil"], 1),
+                          ("servohil/cyclictest", ratios(results, "servohil", "cyclictest"), 2)],
+                {"p99.9": "at most 1.10"})
 
 
-def main() -> None:
+def plain_us(arguments):
+    return quantiles_us(run_servohil([], arguments.seconds, arguments.cpu, with_client=False)["wake_latency"])
+
+
+def recorded(arguments):
+    """Statistics of a run that records and publishes all there is."""
+    with tempfile.TemporaryDirectory(prefix="servohil-bench-", dir=arguments.record_dir) as folder:
+        return run_servohil([*EVERY_MS, "--record", os.path.join(folder, "recording")], arguments.seconds, arguments.cpu,
+                            with_client=True)
+
+
+def cost_of_recording(arguments):
+    measurements = {"neither": lambda: run_servohil([], arguments.seconds, arguments.cpu, with_client=True),
+                    "published": lambda: run_servohil(EVERY_MS, arguments.seconds, arguments.cpu, with_client=True),
+                    "both": lambda: recorded(arguments)}
+    results = alternate(measurements, arguments.rounds)
+    print("-- what they did")
+    print_table(TRAFFIC, [(name, [traffic_of(run, arguments.seconds) for run in rounds], 0)
+                          for name, rounds in results.items()])
+    goals = dict.fromkeys(("p50", "p99", "p99.9"), "at most 1.05")
+    for what, with_ratio, goal in [("wake_latency", True, goals), ("compute", True, None), ("arrival_to_tick", False, None),
+                                   ("arrival_to_frame", False, None)]:
+        us = {name: [quantiles_us(statistics[what]) for statistics in rounds] for name, rounds in results.items()}
+        print(f"-- {what}")
+        rows = [(name, us[name], 1) for name in measurements]
+        if with_ratio:
+            rows += [(f"{name}/neither", ratios(us, name, "neither"), 2) for name in ("published", "both")]
+        print_table(COLUMNS, rows, goal)
+
+
+def file_system(folder):
+    return subprocess.run(["findmnt", "-no", "FSTYPE", "-T", folder], capture_output=True, text=True).stdout.strip() or "?"
+
+
+def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=5, help="how often each runs (default 5)")
-    parser.add_argument("--seconds", type=int, default=10, help="length of each run [s] (default 10)")
-    parser.add_argument("--cpu", type=int, default=max(os.sched_getaffinity(0)), help="CPU of both (default: the last)")
+    parser.add_argument("--rounds", type=int, default=5, help="how often each runs; default 5")
+    parser.add_argument("--seconds", type=int, default=4, help="length of each run [s]; default 4")
+    parser.add_argument("--cpu", type=int, default=max(os.sched_getaffinity(0)), help="CPU of both; default: the last")
+    parser.add_argument("--record-dir", default=tempfile.gettempdir(), metavar="DIR", help="where to record, for a moment; "
+                        "default: $TMPDIR or /tmp")
     arguments = parser.parse_args()
+    end_children_on_sigterm()
+    require_real_time()
 
-    runs = {"cyclictest": (cyclictest_us, []), "servohil": (servohil_us, [])}
-    print(f"priority {PRIORITY}, period {PERIOD_US} us, CPU {arguments.cpu}; all in us")
-    print(f"{'round':<6}{'':<12}{'median':>9}{'99.9 %':>9}{'max':>10}")
-    for number in range(1, arguments.rounds + 1):
-        for name, (measure, results) in runs.items():
-            results.append(measure(arguments.cpu, arguments.seconds))
-            print(f"{number:<6}{name:<12}" + "".join(f"{us:>9.1f}" for us in results[-1]), flush=True)
-    medians = {name: [statistics.median(column) for column in zip(*results)] for name, (_, results) in runs.items()}
-    for name, values in medians.items():
-        print(f"{'all':<6}{name:<12}" + "".join(f"{us:>9.1f}" for us in values))
-    ratios = [ours / theirs if theirs else float("inf") for ours, theirs in zip(medians["servohil"], medians["cyclictest"])]
-    print(f"{'ratio':<6}{'':<12}" + "".join(f"{ratio:>9.2f}" for ratio in ratios))
+    of_each = f"{arguments.rounds} rounds by turns, {arguments.seconds} s each"
+    print(f"== wake-ups, machine as it is: SCHED_FIFO {PRIORITY}, period {PERIOD_US} us, CPU {arguments.cpu}; {of_each}")
+    beside_cyclictest(arguments)
+    print(f"== wake-ups under {LOAD} (CPU, memory, disk); {of_each}")
+    with load(limit_s=4 * arguments.rounds * arguments.seconds + 60):
+        beside_cyclictest(arguments)
+    print(f"== recording every tick ({file_system(arguments.record_dir)}) and publishing every message each 1 ms, "
+          f"beside neither; {of_each}")
+    cost_of_recording(arguments)
 
 
 if __name__ == "__main__":

@@ -36,6 +36,9 @@ export PYTHONDONTWRITEBYTECODE=1
 SERVOHIL_BUILD=$PWD/build/asan "${pytest[@]}" tests/e2e/test_cli.py tests/e2e/test_bus.py
 SERVOHIL_BUILD=$PWD/build/tsan "${pytest[@]}" tests/e2e/test_bus.py
 
+say "release and sanitizer build step alike"
+tests/e2e/lockstep_soak.py --runs 20 --disturb --programs build/release build/asan
+
 say "unit tests, release build"
 ctest --preset release
 

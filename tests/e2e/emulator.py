@@ -47,10 +47,10 @@ def settings(**keys):
 class Emulator:
     """A running `servohil run`. As a context: killed at the end if it still runs."""
 
-    def __init__(self, buses, *arguments, **more):
+    def __init__(self, buses, *arguments, program=PROGRAM, **more):
         self._errors = tempfile.TemporaryFile("w+")
         self._process = subprocess.Popen(
-            [PROGRAM, "run", *(word for bus in buses for word in ("--can", bus)), *map(str, arguments)],
+            [program, "run", *(word for bus in buses for word in ("--can", bus)), *map(str, arguments)],
             stdout=subprocess.PIPE, stderr=self._errors, text=True, cwd=REPOSITORY, **more)
         self.process_id = self._process.pid
         self._watchdog = threading.Timer(120.0, self._process.kill)  # no test may hang

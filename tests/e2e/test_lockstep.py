@@ -3,27 +3,14 @@ the same governor is the same run, whatever the machine does meanwhile."""
 
 import random
 import signal
+import subprocess
+from pathlib import Path
 
 import pytest
-from emulator import OK, RUNNING, Emulator, run, settings
+from emulator import OK, PROGRAM, RUNNING, Emulator, run, settings
+from scripted_governor import LOCKSTEP, REST_P1_PSI, TICKS, governor
 
-LOCKSTEP = ("--clock", "lockstep")
-REST_P1_PSI = 30.263
-TICKS = 100  # per command: lockstep.ticks
-
-
-def governor(client, steps, before_each=lambda step: None):
-    """A scripted governor: pushes P1 by where the piston is, so that a lost or a doubled answer changes all that
-    follows. It waits for the last message of each answer."""
-    p1, answer = REST_P1_PSI, None
-    for step in range(steps):
-        before_each(step)
-        client.send_p1(p1)
-        answer = client.until(lambda f: f.name == "SERVO_Status")
-        x3 = next(f["X3"] for f in answer if f.name == "SERVO_Position")
-        target = 4.0 + (0.5 if step // 20 % 2 else -0.3)
-        p1 = REST_P1_PSI + 2.0 * (target - x3)
-    return answer
+SOAK = Path(__file__).resolve().with_name("lockstep_soak.py")
 
 
 def test_each_command_is_answered_with_every_message_at_its_tick(start, connect):
@@ -126,3 +113,19 @@ def test_fast_and_lockstep_are_one_code_path(start, connect, tmp_path):
                                                for k, p1 in enumerate(commands)))
     fast = run("run", "--clock", "fast", "--script", script, "--duration", len(commands) * TICKS * 1e-4).stdout
     assert f"hash     {result.hash}" in fast
+
+
+@pytest.mark.only("slcan")
+def test_the_soak_knows_a_program_that_differs(url, tmp_path):
+    other = tmp_path / "other"
+    other.write_text(f'#!/bin/sh\nexec {PROGRAM} "$@" --set servo.bulk_modulus_psi=90000\n')
+    other.chmod(0o755)
+
+    def soak(*programs):
+        return subprocess.run([SOAK, "--runs", "4", "--disturb", "--can", url, "--programs", *programs],
+                              capture_output=True, text=True, timeout=100)
+
+    one = soak(PROGRAM, PROGRAM)
+    assert one.returncode == 0 and one.stdout.endswith("\none hash\n"), one
+    two = soak(PROGRAM, other)
+    assert two.returncode == 1 and two.stdout.endswith("\nDIFFERENT: 2 hashes\n"), two

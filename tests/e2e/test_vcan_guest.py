@@ -6,6 +6,7 @@ a guest it does not apply. Nothing here waits for a length of time: it waits for
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -225,6 +226,16 @@ def test_runs_in_virtual_time_are_identical():
     assert len(runs[0].stdout.splitlines()) == 2000
     assert len({r.stdout for r in runs}) == 1
     assert len({r.stderr for r in runs}) == 1
+
+
+def test_real_time_runs_of_the_emulator_repeat():
+    """Each kind of guest_determinism.py, short."""
+    tool = TOOLS.parent / "tests" / "e2e" / "guest_determinism.py"
+    result = subprocess.run([tool, "--runs", "2", "--duration", "0.3"], capture_output=True, text=True, timeout=600)
+    assert result.returncode == 0, result
+    hashes = re.findall(r"hashes 2 x (\w+); late ticks 0; commands (\d+)", result.stdout)
+    assert len(hashes) == 3 and hashes[0] == hashes[2] != hashes[1], "answering and recorded are one run, clocked another"
+    assert all(int(commands) >= 29 for _, commands in hashes)
 
 
 def test_real_time_is_the_hosts():
