@@ -144,7 +144,7 @@ def test_who_ends_its_requests_still_gets_its_answers(emulator, path):
 
 
 def test_twenty_clients(emulator, path):
-    """Sixteen are served; the others are told by the end of their connection, and find room once one has gone."""
+    """Sixteen are served; the others are told so, and find room once one has gone."""
     clients = [Control(path) for _ in range(20)]
     served = []
     for number, client in enumerate(clients):
@@ -152,7 +152,9 @@ def test_twenty_clients(emulator, path):
             answer = client.ask("status", id=number)
         except (BrokenPipeError, ConnectionResetError):
             answer = None
-        if answer:
+        if answer and answer["result"] == "REJECTED":
+            assert answer["reason"] == "16 clients are connected already"
+        elif answer:
             assert answer["id"] == number
             served.append(client)
     assert served == clients[:16]

@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -96,8 +97,15 @@ void Server::AddTo(std::vector<pollfd>& descriptors) const {
 
 void Server::Serve(const Telemetry& now) {
   now_ = now;
+  ServeClients();
+  // Those who have gone make room for those who wait.
+  constexpr int kMostRounds = 8;
+  for (int round = 0; round < kMostRounds && Accept(); ++round) ServeClients();
+  RefuseWhoIsTooMany();
+}
+
+void Server::ServeClients() {
   TakeAnswers();
-  Accept();
   for (Client& client : clients_) Read(client);
   TakeAnswers();
   for (Client& client : clients_) Write(client);
@@ -108,19 +116,26 @@ void Server::Serve(const Telemetry& now) {
   });
 }
 
-void Server::Accept() {
-  for (;;) {
-    const int fd = accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (fd < 0) return;
-    if (clients_.size() == kMostClients) {
-      close(fd);
-      continue;
-    }
+bool Server::Accept() {
+  bool any = false;
+  while (clients_.size() < kMostClients) {
     Client client;
-    client.fd = fd;
+    client.fd = accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (client.fd < 0) break;
     client.number = next_client_++;
     clients_.push_back(std::move(client));
+    any = true;
   }
+  return any;
+}
+
+void Server::RefuseWhoIsTooMany() {
+  if (clients_.size() < kMostClients) return;
+  constexpr std::string_view kWhy =
+      R"({"id":null,"reason":"16 clients are connected already","result":"REJECTED"})"
+      "\n";
+  for (int fd = 0; (fd = accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0; close(fd))
+    static_cast<void>(send(fd, kWhy.data(), kWhy.size(), MSG_NOSIGNAL));
 }
 
 void Server::Read(Client& client) {

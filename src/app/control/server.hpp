@@ -51,7 +51,10 @@ class Server {
     std::string id;  ///< as JSON
   };
 
-  void Accept();
+  void ServeClients();
+  /// As many as there is room for. @return whether anyone came
+  bool Accept();
+  void RefuseWhoIsTooMany();
   void Read(Client& client);
   void TakeLine(Client& client, const std::string& line);
   void TakeAnswers();
