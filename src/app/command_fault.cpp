@@ -7,6 +7,7 @@
 #include "commands.hpp"
 #include "control/client.hpp"
 #include "control/server.hpp"
+#include "fault_document.hpp"
 #include "formatted.hpp"
 #include "servohil/error.hpp"
 #include "servohil/fault/catalogue.hpp"
@@ -23,6 +24,7 @@ struct Options {
   std::vector<std::string> parameters;
   std::optional<double> at_s;
   bool all = false;
+  bool markdown = false;
 };
 
 control::Client Connect(const Options& options) {
@@ -84,6 +86,10 @@ std::string ParameterText(const fault::ParameterSpec& p) {
 
 /// All there are; with the state of those that are injected, where a run can be asked.
 int List(const Options& options) {
+  if (options.markdown) {
+    std::cout << FaultDocument();
+    return kExitOk;
+  }
   Json injected = Json::array();
   bool asked = false;
   try {
@@ -177,7 +183,8 @@ void AddFaultCommand(CLI::App& program, int& exit_status) {
   inject->add_option("--at", options->at_s, "simulated time at which it starts [s]; default: now")
       ->type_name("S")
       ->check(CLI::Range(0.0, 1e6));
-  add("list", "All faults, their parameters with defaults, and which are injected", List);
+  CLI::App* list = add("list", "All faults, their parameters with defaults, and which are injected", List);
+  list->add_flag("--markdown", options->markdown, "the catalogue as FAULTS.md has it; asks no run");
   CLI::App* show = add("show", "One fault: effect, parameters, ranges", Show);
   show->add_option("fault", options->fault, "its name")->required();
   CLI::App* clear =

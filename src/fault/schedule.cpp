@@ -24,14 +24,14 @@ bool Injection::IsOverAt(std::uint64_t tick) const noexcept {
 }
 
 bool Schedule::Inject(const Injection& injection) noexcept {
-  const auto last = injections_.begin() + static_cast<std::ptrdiff_t>(count_);
-  auto* const same =
-      std::find_if(injections_.begin(), last, [&](const Injection& i) { return i.id == injection.id; });
-  if (same == last) {
-    if (count_ == kMostInjections) return false;
-    ++count_;
-  }
-  *same = injection;
+  Clear(injection.id);
+  if (count_ == kMostInjections) return false;
+  auto* const place = std::upper_bound(
+      injections_.data(), injections_.data() + count_, injection,
+      [](const Injection& one, const Injection& other) noexcept { return Find(one.id) < Find(other.id); });
+  std::copy_backward(place, injections_.data() + count_, injections_.data() + count_ + 1);
+  *place = injection;
+  ++count_;
   changed_ = true;
   return true;
 }

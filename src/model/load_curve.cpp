@@ -35,4 +35,17 @@ LoadCurve LoadCurve::Shifted(double psi) const noexcept {
   return shifted;
 }
 
+LoadCurve LoadCurve::HeldBetween(double from_in, double to_in, double share) const noexcept {
+  LoadCurve held = *this;
+  if (share == 0.0) return held;  // to the last bit
+  const double held_psi = PressureAt(from_in);
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (x_[i] > from_in && x_[i] <= to_in) held.p_[i] += share * (held_psi - p_[i]);
+  }
+  for (std::size_t i = 0; i + 1 < size_; ++i)
+    held.slope_[i] = (held.p_[i + 1] - held.p_[i]) / (x_[i + 1] - x_[i]);
+  held.slope_[size_ - 1] = held.slope_[size_ - 2];
+  return held;
+}
+
 }  // namespace servohil::model

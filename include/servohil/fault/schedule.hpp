@@ -39,10 +39,10 @@ class Schedule {
   /// Call once a tick. Real-time safe.
   bool Advance(std::uint64_t tick) noexcept;
 
-  /// The parameters during `tick`. Real-time safe.
+  /// The parameters during `tick`: what acts then acts in the catalogue's order. Real-time safe.
   model::Parameters Faulted(const model::Parameters& unfaulted, std::uint64_t tick) const noexcept;
 
-  /// Those that act or wait for their start.
+  /// Those that act or wait for their start, in the catalogue's order.
   const Injection* begin() const noexcept { return injections_.data(); }         // NOLINT: as in std
   const Injection* end() const noexcept { return injections_.data() + count_; }  // NOLINT: as in std
   std::size_t size() const noexcept { return count_; }                           // NOLINT: as in std

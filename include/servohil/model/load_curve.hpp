@@ -30,6 +30,10 @@ class LoadCurve {
   /// The same curve with so much more load everywhere [psi]. Real-time safe.
   LoadCurve Shifted(double psi) const noexcept;
 
+  /// The same curve with `share` (0 to 1) of its rows' way to the load at `from_in`, of those rows that are
+  /// above it and not above `to_in`. Real-time safe.
+  LoadCurve HeldBetween(double from_in, double to_in, double share) const noexcept;
+
   /// p_L(x3) [psi]. Any finite x3. Real-time safe.
   double PressureAt(double x3_in) const noexcept {
     const std::size_t i = SegmentAt(x3_in);
