@@ -98,10 +98,7 @@ void Server::AddTo(std::vector<pollfd>& descriptors) const {
 void Server::Serve(const Telemetry& now) {
   now_ = now;
   ServeClients();
-  // Those who have gone make room for those who wait.
-  constexpr int kMostRounds = 8;
-  for (int round = 0; round < kMostRounds && Accept(); ++round) ServeClients();
-  RefuseWhoIsTooMany();
+  AcceptWhoCame();
 }
 
 void Server::ServeClients() {
@@ -116,26 +113,31 @@ void Server::ServeClients() {
   });
 }
 
-bool Server::Accept() {
-  bool any = false;
-  while (clients_.size() < kMostClients) {
+void Server::AcceptWhoCame() {
+  constexpr int kMostAtOnce = 64;
+  for (int i = 0; i < kMostAtOnce; ++i) {
     Client client;
     client.fd = accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (client.fd < 0) break;
+    if (client.fd < 0) return;
+    // Whoever had gone before this one came makes room for it.
+    if (clients_.size() == kMostClients) ServeClients();
+    if (clients_.size() == kMostClients) {
+      Refuse(client.fd);
+      continue;
+    }
     client.number = next_client_++;
     clients_.push_back(std::move(client));
-    any = true;
+    Read(clients_.back());
+    Write(clients_.back());
   }
-  return any;
 }
 
-void Server::RefuseWhoIsTooMany() {
-  if (clients_.size() < kMostClients) return;
+void Server::Refuse(int fd) {
   constexpr std::string_view kWhy =
       R"({"id":null,"reason":"16 clients are connected already","result":"REJECTED"})"
       "\n";
-  for (int fd = 0; (fd = accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)) >= 0; close(fd))
-    static_cast<void>(send(fd, kWhy.data(), kWhy.size(), MSG_NOSIGNAL));
+  static_cast<void>(send(fd, kWhy.data(), kWhy.size(), MSG_NOSIGNAL));
+  close(fd);
 }
 
 void Server::Read(Client& client) {

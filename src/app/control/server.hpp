@@ -52,9 +52,8 @@ class Server {
   };
 
   void ServeClients();
-  /// As many as there is room for. @return whether anyone came
-  bool Accept();
-  void RefuseWhoIsTooMany();
+  void AcceptWhoCame();
+  static void Refuse(int fd);
   void Read(Client& client);
   void TakeLine(Client& client, const std::string& line);
   void TakeAnswers();
