@@ -125,8 +125,8 @@ def report(kind, runs, duration_s):
     print(f"{kind}: {len(runs)} runs of {duration_s:g} s, {'all the same' if same else 'NOT THE SAME'}")
     print(f"  hashes {', '.join(f'{number} x {name}' for name, number in hashes.most_common())}; late ticks {late}; "
           f"commands {', '.join(map(str, commands))}")
-    print(f"  {statistics.median(speeds):.2f} ({min(speeds):.2f}..{max(speeds):.2f}) times real time; {cpu_speed:.2f} s "
-          "simulated per second of CPU time", flush=True)
+    print(f"  {statistics.median(speeds):.2f} ({min(speeds):.2f}..{max(speeds):.2f}) times real time; {cpu_speed:.2f} "
+          "s simulated per second of CPU time", flush=True)
     return same
 
 
@@ -138,8 +138,8 @@ def main():
     parser.add_argument("--phase", type=float, default=0.0, metavar="S",
                         help="the governor starts this much later; a clocked one is another run then, an answering "
                         "one only from 0.01 s on; default 0")
-    parser.add_argument("--timeout", type=int, default=600, metavar="S", help="real time of a guest at most; "
-                        "default 600")
+    parser.add_argument("--timeout", type=int, default=1800, metavar="S", help="real time of a guest at most; "
+                        "default 1800")
     arguments = parser.parse_args()
     if IN_GUEST:
         run_here(arguments.kinds[0], arguments.duration, arguments.phase)
