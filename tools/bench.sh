@@ -1,11 +1,11 @@
 #!/bin/bash
-# bench.sh [--rounds N] [--seconds S] [--record-dir DIR]: what the machine makes of servohil, in 3 minutes. Of each number:
-# the median over the rounds, (min..max), and the goal. Nothing is asserted.
+# bench.sh [--rounds N] [--seconds S] [--record-dir DIR]: what the machine makes of servohil, in 3 minutes. Of each
+# number: the median over the rounds, (min..max), and the goal. Nothing is asserted.
 #  1. Time of one tick, mean and worst over the envelope (Google Benchmark).
 #  2. `servohil simulate` of 60 s, with and without a recording, against real time and against as many ticks.
-#  3. Wake-up latency of `servohil run` at 0.1 ms beside cyclictest's with the same priority, period and CPU, alternating
+#  3. Wake-up latency of `servohil run` at 0.1 ms beside cyclictest's with the same priority, period and CPU, by turns
 #     in one run, on the machine as it is and under stress-ng; and with everything recorded and published each 1 ms,
-#     beside neither. Ratios are what counts on a shared machine. Needs real-time privilege; without it, exit status 3.
+#     beside neither. Ratios are what counts on a shared machine. Needs real-time privilege; without, exit status 3.
 set -euo pipefail
 cd "$(dirname "$(readlink -f "$0")")/.."
 rounds=5 seconds=4 where=()

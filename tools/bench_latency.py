@@ -19,7 +19,8 @@ from bench_runs import (PERIOD_US, PRIORITY, QUANTILES, cyclictest_us, load, qua
 COLUMNS = {name: f"{name} [us]" for name in QUANTILES}
 EVERY_MS = [word for message in ("position", "pressures", "relay", "status")
             for word in ("--set", f"publish.{message}_ms=1")]
-TRAFFIC = {"late": "late ticks", "sent": "frames sent [1/s]", "not_sent": "not sent [1/s]", "commands": "commands [1/s]"}
+TRAFFIC = {"late": "late ticks", "sent": "frames sent [1/s]", "not_sent": "not sent [1/s]",
+           "commands": "commands [1/s]"}
 LOAD = "stress-ng"
 
 
@@ -39,8 +40,8 @@ def plain_us(arguments):
 def recorded(arguments):
     """Statistics of a run that records and publishes all there is."""
     with tempfile.TemporaryDirectory(prefix="servohil-bench-", dir=arguments.record_dir) as folder:
-        return run_servohil([*EVERY_MS, "--record", os.path.join(folder, "recording")], arguments.seconds, arguments.cpu,
-                            with_client=True)
+        recording = ["--record", os.path.join(folder, "recording")]
+        return run_servohil([*EVERY_MS, *recording], arguments.seconds, arguments.cpu, with_client=True)
 
 
 def cost_of_recording(arguments):
@@ -52,8 +53,8 @@ def cost_of_recording(arguments):
     print_table(TRAFFIC, [(name, [traffic_of(run, arguments.seconds) for run in rounds], 0)
                           for name, rounds in results.items()])
     goals = dict.fromkeys(("p50", "p99", "p99.9"), "at most 1.05")
-    for what, with_ratio, goal in [("wake_latency", True, goals), ("compute", True, None), ("arrival_to_tick", False, None),
-                                   ("arrival_to_frame", False, None)]:
+    for what, with_ratio, goal in [("wake_latency", True, goals), ("compute", True, None),
+                                   ("arrival_to_tick", False, None), ("arrival_to_frame", False, None)]:
         us = {name: [quantiles_us(statistics[what]) for statistics in rounds] for name, rounds in results.items()}
         print(f"-- {what}")
         rows = [(name, us[name], 1) for name in measurements]
@@ -63,7 +64,8 @@ def cost_of_recording(arguments):
 
 
 def file_system(folder):
-    return subprocess.run(["findmnt", "-no", "FSTYPE", "-T", folder], capture_output=True, text=True).stdout.strip() or "?"
+    found = subprocess.run(["findmnt", "-no", "FSTYPE", "-T", folder], capture_output=True, text=True)
+    return found.stdout.strip() or "?"
 
 
 def main():
@@ -71,14 +73,15 @@ def main():
     parser.add_argument("--rounds", type=int, default=5, help="how often each runs; default 5")
     parser.add_argument("--seconds", type=int, default=4, help="length of each run [s]; default 4")
     parser.add_argument("--cpu", type=int, default=max(os.sched_getaffinity(0)), help="CPU of both; default: the last")
-    parser.add_argument("--record-dir", default=tempfile.gettempdir(), metavar="DIR", help="where to record, for a moment; "
-                        "default: $TMPDIR or /tmp")
+    parser.add_argument("--record-dir", default=tempfile.gettempdir(), metavar="DIR",
+                        help="where to record, for a moment; default: $TMPDIR or /tmp")
     arguments = parser.parse_args()
     end_children_on_sigterm()
     require_real_time()
 
     of_each = f"{arguments.rounds} rounds by turns, {arguments.seconds} s each"
-    print(f"== wake-ups, machine as it is: SCHED_FIFO {PRIORITY}, period {PERIOD_US} us, CPU {arguments.cpu}; {of_each}")
+    print(f"== wake-ups, machine as it is: SCHED_FIFO {PRIORITY}, period {PERIOD_US} us, CPU {arguments.cpu}; "
+          f"{of_each}")
     beside_cyclictest(arguments)
     print(f"== wake-ups under {LOAD} (CPU, memory, disk); {of_each}")
     with load(limit_s=4 * arguments.rounds * arguments.seconds + 60):

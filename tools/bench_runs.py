@@ -26,13 +26,14 @@ def require_real_time():
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     except PermissionError:
-        fail(f"this user may not use SCHED_FIFO {PRIORITY}, so that wake-ups cannot be measured: run it as root, or put "
-             f"'{os.environ.get('USER', 'USER')} - rtprio {PRIORITY}' and '... - memlock unlimited' into "
-             "/etc/security/limits.conf and log in again")
+        user = os.environ.get("USER", "USER")
+        fail(f"this user may not use SCHED_FIFO {PRIORITY}, so that wake-ups cannot be measured: run it as root, or "
+             f"put '{user} - rtprio {PRIORITY}' and '{user} - memlock unlimited' into /etc/security/limits.conf and "
+             "log in again")
 
 
 class Client:
-    """A governor on the emulator's pseudo-terminal, as light as can be: a command every 10 ms, and all frames are read."""
+    """A governor on the emulator's pseudo-terminal, as light as can be: a command every 10 ms; reads all frames."""
 
     def __init__(self, terminal):
         contract = Contract(REPOSITORY / "config" / "servohil.dbc")
@@ -67,7 +68,8 @@ def run_servohil(arguments, seconds, cpu, with_client):
         command = [PROGRAM, "run", "--can", "slcan:pty", "--rt", "require", "--duration", seconds, "--control", "none",
                    "--stats", statistics.name, "--set", "loop.wake_ticks=1", "--set", f"loop.priority={PRIORITY}",
                    "--set", f"loop.cpu={cpu}", "--set", "can.bit_rate_bit_s=1000000", *arguments]
-        process = subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=errors, text=True, cwd=REPOSITORY)
+        process = subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=errors, text=True,
+                                   cwd=REPOSITORY)
         try:
             ready = re.match(r"ready: slcan:([^;,]+)", process.stdout.readline())
             client = Client(ready[1]) if ready and with_client else None
@@ -119,7 +121,7 @@ def cyclictest_us(seconds, cpu):
 
 @contextlib.contextmanager
 def load(limit_s):
-    """stress-ng on every CPU while the context lasts; it ends itself after `limit_s`, whatever becomes of this program."""
+    """stress-ng on every CPU while the context lasts; it ends itself after `limit_s`, whatever becomes of us."""
     command = ["stress-ng", "--cpu", len(os.sched_getaffinity(0)), "--vm", 1, "--vm-bytes", "128M", "--io", 1,
                "--temp-path", tempfile.gettempdir(), "--timeout", limit_s]
     try:

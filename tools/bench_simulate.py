@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""`servohil simulate` of 60 s with stabilizer and friction, in motion, without and with a recording: against real time,
-and its CPU time against that of as many ticks (tick_benchmark, MeanTick/stabilizer_and_friction), all measured by turns.
+"""`servohil simulate` of 60 s with stabilizer and friction, in motion, without and with a recording: against real
+time, and its CPU time against that of as many ticks (tick_benchmark, MeanTick/stabilizer_and_friction), by turns.
 
 Each number is the median over the rounds and (min..max), start of the process included. Nothing is asserted.
 """
@@ -21,7 +21,7 @@ GOAL_S = {"simulated": 0.3, "recorded": 1.5}
 
 
 def write_motion(file):
-    """A triangle of 2 s and +-0.5 psi about rest, as tick_benchmark's, a value every 10 ms: the piston never rests long."""
+    """A triangle of 2 s and +-0.5 psi about rest, as tick_benchmark's, a value every 10 ms: seldom at rest."""
     rest_psi = json.loads(finished([PROGRAM, "steady", *MODEL, "--x3", START_X3_IN, "--json"]).stdout)["p1_psi"]
     with open(file, "w", encoding="utf-8") as stream:
         stream.write("t_s,p1_psi\n")
@@ -75,8 +75,8 @@ def report(results):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5, help="how often each runs; default 5")
-    parser.add_argument("--record-dir", default=tempfile.gettempdir(), metavar="DIR", help="where to record, for a moment; "
-                        "default: $TMPDIR or /tmp")
+    parser.add_argument("--record-dir", default=tempfile.gettempdir(), metavar="DIR",
+                        help="where to record, for a moment; default: $TMPDIR or /tmp")
     arguments = parser.parse_args()
     end_children_on_sigterm()
     print(f"== simulate of {SIMULATED_S} s with stabilizer and friction; {arguments.rounds} rounds by turns")

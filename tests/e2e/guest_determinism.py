@@ -2,9 +2,9 @@
 """`servohil run` in real time, one tick a wake-up, with a python-can governor on a real SocketCAN stack, each run in a
 guest of tools/vcan-guest, where time is virtual. Are the runs the same, tick for tick?
 
-Of each kind of run it prints: state hashes, late ticks, commands, and how many times faster than real time it was (the
-simulated time over the real time from the guest's start to its end, Python's start included; and over the CPU time, which
-other programs on the machine hardly change).
+Of each kind of run it prints: state hashes, late ticks, commands, and how many times faster than real time it was: the
+simulated time over the real time from the guest's start to its end, Python's start included, and over the CPU time,
+which other programs on the machine change less.
 
   answering  the governor sends a command for each SERVO_Position
   clocked    the governor sends a command every 10 ms of its own clock, whatever comes back
@@ -100,11 +100,11 @@ def cpu_s():
 def run_in_a_guest(kind, arguments):
     """One run in a guest of its own, and the real time that it took."""
     begin_s, begin_cpu_s = time.monotonic(), cpu_s()
-    done = subprocess.run(
-        [REPOSITORY / "tools" / "vcan-guest", "--timeout", str(arguments.timeout), "--env", f"SERVOHIL_BUILD={PROGRAM.parents[1]}",
-         "--", "/usr/bin/python3", __file__, "--kinds", kind, "--duration", str(arguments.duration),
-         "--phase", str(arguments.phase)],
-        capture_output=True, text=True)
+    guest = [REPOSITORY / "tools" / "vcan-guest", "--timeout", arguments.timeout,
+             "--env", f"SERVOHIL_BUILD={PROGRAM.parents[1]}", "--"]
+    itself = ["/usr/bin/python3", __file__, "--kinds", kind, "--duration", arguments.duration,
+              "--phase", arguments.phase]
+    done = subprocess.run(list(map(str, guest + itself)), capture_output=True, text=True)
     if done.returncode == 125:
         print(done.stderr.strip(), file=sys.stderr)
         sys.exit(3)
@@ -120,12 +120,13 @@ def report(kind, runs, duration_s):
     speeds = [duration_s / run["took_s"] for run in runs]
     cpu_speed = statistics.median(duration_s / run["cpu_s"] for run in runs)
     commands = sorted({run["commands"] for run in runs})
-    same = len(hashes) == 1 and late == 0 and all(run["ticks"] == round(duration_s * 1e4) for run in runs)
+    whole = all(run["ticks"] == round(duration_s * 1e4) and run["commands"] > 0 for run in runs)
+    same = whole and len(hashes) == 1 and late == 0
     print(f"{kind}: {len(runs)} runs of {duration_s:g} s, {'all the same' if same else 'NOT THE SAME'}")
     print(f"  hashes {', '.join(f'{number} x {name}' for name, number in hashes.most_common())}; late ticks {late}; "
           f"commands {', '.join(map(str, commands))}")
-    print(f"  {statistics.median(speeds):.2f} ({min(speeds):.2f}..{max(speeds):.2f}) times real time; {cpu_speed:.2f} s "
-          "simulated per second of CPU time", flush=True)
+    print(f"  {statistics.median(speeds):.2f} ({min(speeds):.2f}..{max(speeds):.2f}) times real time; {cpu_speed:.2f} "
+          "s simulated per second of CPU time", flush=True)
     return same
 
 
@@ -134,9 +135,11 @@ def main():
     parser.add_argument("--runs", type=int, default=10, help="of each kind; default 10")
     parser.add_argument("--duration", type=float, default=60.0, metavar="S", help="simulated time of each; default 60")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS, help="default: all")
-    parser.add_argument("--phase", type=float, default=0.0, metavar="S", help="the governor starts this much later; a clocked "
-                        "one is another run then, an answering one only from 0.01 s on; default 0")
-    parser.add_argument("--timeout", type=int, default=600, metavar="S", help="real time of a guest at most; default 600")
+    parser.add_argument("--phase", type=float, default=0.0, metavar="S",
+                        help="the governor starts this much later; a clocked one is another run then, an answering "
+                        "one only from 0.01 s on; default 0")
+    parser.add_argument("--timeout", type=int, default=1800, metavar="S", help="real time of a guest at most; "
+                        "default 1800")
     arguments = parser.parse_args()
     if IN_GUEST:
         run_here(arguments.kinds[0], arguments.duration, arguments.phase)

@@ -1,4 +1,4 @@
-"""A governor in lockstep (`servohil run --clock lockstep`): the same in each run, whatever the machine does meanwhile."""
+"""A governor in lockstep (`servohil run --clock lockstep`): the same in each run, whatever the machine does."""
 
 LOCKSTEP = ("--clock", "lockstep")
 REST_P1_PSI = 30.263

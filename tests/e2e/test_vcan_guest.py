@@ -234,7 +234,7 @@ def test_real_time_runs_of_the_emulator_repeat():
     result = subprocess.run([tool, "--runs", "2", "--duration", "0.3"], capture_output=True, text=True, timeout=600)
     assert result.returncode == 0, result
     hashes = re.findall(r"hashes 2 x (\w+); late ticks 0; commands (\d+)", result.stdout)
-    assert len(hashes) == 3 and hashes[0] == hashes[2] != hashes[1], "answering and recorded are one run, clocked another"
+    assert len(hashes) == 3 and hashes[0] == hashes[2] != hashes[1], "answering and recorded are one, clocked another"
     assert all(int(commands) >= 29 for _, commands in hashes)
 
 
