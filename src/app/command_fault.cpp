@@ -127,8 +127,8 @@ int Show(const Options& options) {
     std::cout << spec.name << " (" << fault::NameOf(spec.part) << ")\n  " << spec.effect << '\n';
     for (const fault::ParameterSpec& p : spec.parameters) {
       if (p.name == nullptr) continue;
-      std::cout << Formatted("  %-16s %s; %g to %g %s, default %g\n", p.name, p.meaning, p.minimum, p.maximum,
-                             p.unit, p.preset);
+      std::cout << Formatted("  %-16s %s; %g to %g%s%s, default %g\n", p.name, p.meaning, p.minimum,
+                             p.maximum, *p.unit != 0 ? " " : "", p.unit, p.preset);
     }
     std::cout << "  at_s             start, simulated time [s]; default: now\n"
                  "  ramp_s           rises in this time, and falls again at the end [s]; default: 0\n"

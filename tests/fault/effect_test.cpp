@@ -111,7 +111,7 @@ double Metering(double x, double dP) {
 }
 constexpr double kA3 = pi / 4 * 9.99 * 9.99;
 
-/// With the relay port fully open the plunger is held up by P4 = Pe and a little: x2 - x4 = (A2 P4 - Fs)/k2,
+/// With the relay port fully open the plunger is held up by P4 = Pe and x2 - x4 = (A2 P4 - Fs)/k2,
 /// and closes at v = Q6(U - (x2 - x4), P3 - Pe)/A3. 3 psi take it from -0.062 to -0.028 in, and more than
 /// half of the speed.
 void DrainBackPressure() {
@@ -124,8 +124,9 @@ void DrainBackPressure() {
     v_in_s[faulted] = bench.Run(200).state.v3_in_s;
     const double opening = (2.341 * bench.State().p4_psi - 13.5) / 212;
     const double port_flow = bench.Outputs().q4_in3_s - 2.341 * 0.32 * v_in_s[faulted];
-    const double drop_psi = std::pow(port_flow / (0.625 * pi * 1.75 * std::sqrt(2 / 8e-5) * 0.25), 2);
-    ExpectRelative(bench.State().p4_psi, Pe + drop_psi, 0.05, "P4 is what the open port leaves");
+    const double drop_psi = bench.State().p4_psi - Pe;
+    const double conductance = model::OrificeConductance(drop_psi, 0.25 * 0.25 + 4e-6, 543.3, 0.1);
+    ExpectRelative(drop_psi * conductance, port_flow, 0.01, "P4 is what the open port leaves");
     const double flow = Metering(0.002 - opening, bench.State().p3_psi - Pe) -
                         Metering(0.002 + opening, 300 - bench.State().p3_psi);
     ExpectRelative(v_in_s[faulted], -flow / kA3, 0.03, "the piston accelerates a little");
@@ -162,19 +163,28 @@ void SupplyRipple() {
   bench.Inject("supply_ripple", {10.0, 25.0});
   for (int tick = 0; tick < 800; ++tick)
     ASSERT_NEAR(bench.Run(1).state.p2_psi, 300.0 + 10.0 * std::sin(2 * pi * tick / 400.0), 1e-9) << tick;
-  // The pump's set point, with an accumulator of C2 = V/(k P_abs): P2 cannot follow at once.
+  // A finite pump's set point: C2 dP2/dt = (Q_max/band) (P_set - P2) and what is drawn, C2 = V/(k P_abs), so
+  // that P2 follows with g/sqrt(g² + w²), g = 200/10/C2 = 17.6 1/s: 0.111 of it at 25 Hz.
   Parameters p = Full();
   p.supply.pump_flow_in3_s = 200.0;
   Bench finite(p);
-  finite.Inject("supply_ripple", {10.0, 25.0}).Run(101);
-  EXPECT_LT(finite.State().p2_psi, 301.0);
+  finite.Inject("supply_ripple", {2.0, 25.0}).Run(4'000);
+  double low = finite.State().p2_psi;
+  double high = low;
+  for (int tick = 0; tick < 400; ++tick) {
+    finite.Run(1);
+    low = std::min(low, finite.State().p2_psi);
+    high = std::max(high, finite.State().p2_psi);
+  }
+  const double g = 20.0 / (500.0 / (1.4 * 314.696));
+  ExpectRelative((high - low) / 2, 2.0 * g / std::hypot(g, 2 * pi * 25.0), 0.03);
 }
 
 /// P2 is 0 at once; with Q3 gone the plunger falls to -Fs/k2 = -0.0637 in and the piston closes, down to its
 /// stop. With a finite pump P2 falls by (Q3 + Q4)/C2, C2 = V/(k P_abs) at the set point.
 void SupplyLoss() {
   Bench bench;
-  bench.Inject("supply_loss").Run(1'000);
+  bench.Inject("supply_loss").Run(600);
   EXPECT_EQ(bench.State().p2_psi, 0.0);
   const double opening = (2.341 * bench.State().p4_psi - 13.5) / 212;
   const double P3 = bench.State().p3_psi;
@@ -339,9 +349,7 @@ void Holds(const char* fault, double psi) {
     bench.Inject(fault, {psi}).Inject("load_step", {load_psi}).Run(50);
     const bool holds = std::fabs(load_psi) < psi;
     EXPECT_EQ(bench.State().x3_in == 4.0, holds) << load_psi;
-    if (holds) {
-      EXPECT_EQ(bench.State().mode.motion, model::Motion::kStuck) << load_psi;
-    }
+    EXPECT_TRUE(!holds || bench.State().mode.motion == model::Motion::kStuck) << load_psi;
   }
 }
 void CoulombFriction() {

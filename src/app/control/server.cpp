@@ -147,8 +147,7 @@ void Server::Read(Client& client) {
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
     client.ended = size <= 0;
     if (size > 0) client.input.append(bytes.data(), static_cast<std::size_t>(size));
-    for (std::size_t end = 0; !client.ended && (end = client.input.find('\n')) != std::string::npos;) {
-      if (end > kLongestLine) break;
+    for (std::size_t end = 0; !client.ended && (end = client.input.find('\n')) <= kLongestLine;) {
       const std::string line = client.input.substr(0, end);
       client.input.erase(0, end + 1);
       if (!line.empty()) TakeLine(client, line);
