@@ -39,6 +39,12 @@ bool SomebodyListens(const sockaddr_un& address) {
   return listens;
 }
 
+/// The other side has closed: not only its half, it reads no more either.
+bool HungUp(int fd) {
+  pollfd descriptor = {fd, 0, 0};
+  return poll(&descriptor, 1, 0) == 1 && (descriptor.revents & POLLHUP) != 0;
+}
+
 /// Bound with mode 0660 from the first moment on.
 void Bind(int fd, const std::filesystem::path& path) {
   const sockaddr_un address = AddressOf(path);
@@ -96,13 +102,18 @@ void Server::AddTo(std::vector<pollfd>& descriptors) const {
 
 void Server::Serve(const Telemetry& now) {
   now_ = now;
-  TakeAnswers();
+  ServeClients();
   Accept();
+}
+
+void Server::ServeClients() {
+  TakeAnswers();
   for (Client& client : clients_) Read(client);
   TakeAnswers();
   for (Client& client : clients_) Write(client);
   clients_.remove_if([this](const Client& client) {
-    const bool gone = client.lost || (client.ended && client.output.empty() && !IsOwed(client));
+    const bool gone =
+        client.lost || HungUp(client.fd) || (client.ended && client.output.empty() && !IsOwed(client));
     if (gone) close(client.fd);
     return gone;
   });
@@ -112,7 +123,10 @@ void Server::Accept() {
   for (;;) {
     const int fd = accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (fd < 0) return;
+    if (clients_.size() == kMostClients) ServeClients();  // some may have gone before this one came
     if (clients_.size() == kMostClients) {
+      const std::string text = Rejected("there are as many clients as there can be at once").dump() + '\n';
+      static_cast<void>(send(fd, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT) == 0);
       close(fd);
       continue;
     }

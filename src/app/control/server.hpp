@@ -51,6 +51,7 @@ class Server {
     std::string id;  ///< as JSON
   };
 
+  void ServeClients();
   void Accept();
   void Read(Client& client);
   void TakeLine(Client& client, const std::string& line);
