@@ -211,6 +211,8 @@ int RunFast(const Options& options, const Setup& setup, const std::optional<Snap
 }
 
 int Run(const Options& options) {
+  if (!options.script.empty() && options.clock != Clock::kFast)
+    throw UsageError("run: --script is for --clock fast; on a bus the governor gives the commands");
   const StopSignals signals;
   spdlog::set_default_logger(
       std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::stderr_sink_mt>()));

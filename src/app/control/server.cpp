@@ -40,6 +40,12 @@ bool SomebodyListens(const sockaddr_un& address) {
   return listens;
 }
 
+/// The other side has closed: not only its half, it reads no more either.
+bool HungUp(int fd) {
+  pollfd descriptor = {fd, 0, 0};
+  return poll(&descriptor, 1, 0) == 1 && (descriptor.revents & POLLHUP) != 0;
+}
+
 /// Bound with mode 0660 from the first moment on.
 void Bind(int fd, const std::filesystem::path& path) {
   const sockaddr_un address = AddressOf(path);
@@ -107,7 +113,8 @@ void Server::ServeClients() {
   TakeAnswers();
   for (Client& client : clients_) Write(client);
   clients_.remove_if([this](const Client& client) {
-    const bool gone = client.lost || (client.ended && client.output.empty() && !IsOwed(client));
+    const bool gone =
+        client.lost || HungUp(client.fd) || (client.ended && client.output.empty() && !IsOwed(client));
     if (gone) close(client.fd);
     return gone;
   });
