@@ -202,7 +202,7 @@ def cpu_time_s(process):
     return (int(fields[11]) + int(fields[12])) / 100
 
 
-def test_clients_that_vanish(emulator, path):
+def test_clients_that_vanish(emulator, connect, path):
     """In the middle of a line, of an answer, with a request that the simulation has still to answer; at random."""
     chance = random.Random(5)
     for _ in range(200):
@@ -213,6 +213,7 @@ def test_clients_that_vanish(emulator, path):
         if chance.random() < 0.2:
             client.socket.shutdown(chance.choice([socket.SHUT_RD, socket.SHUT_WR, socket.SHUT_RDWR]))
         client.close()
+    connect(emulator).for_ticks(1000)  # until their last requests are served
     with Control(path) as client:
         client.clear()
     goes_on(path)
