@@ -14,7 +14,7 @@ say "format and lint"
 git ls-files '*.cpp' '*.hpp' | xargs clang-format --dry-run -Werror
 git ls-files | xargs -d '\n' grep -lE '^#!/bin/(ba)?sh' | xargs shellcheck
 for preset in release asan tsan; do cmake --preset "$preset" >/dev/null; done
-run-clang-tidy -quiet -p build/release -extra-arg=-Wno-unknown-warning-option "$PWD/src/(model|rt|can)/.*\.cpp" >build/clang-tidy.log 2>&1 ||
+run-clang-tidy -quiet -p build/release -extra-arg=-Wno-unknown-warning-option "$PWD/src/(model|fault|rt|can)/.*\.cpp" >build/clang-tidy.log 2>&1 ||
   { grep -E 'warning:|error:' build/clang-tidy.log | sort -u; exit 1; }
 
 say "the CAN guest's kernel (built once a machine)"
@@ -22,19 +22,19 @@ tools/vcan-guest --build
 
 say "build"
 cmake --build --preset release
-cmake --build --preset asan --target model_test rt_test can_test app_test servohil
+cmake --build --preset asan --target model_test fault_test rt_test can_test app_test servohil
 cmake --build --preset tsan --target rt_test can_test servohil
 
 say "unit tests under sanitizers"
-for test in model_test rt_test can_test app_test; do "build/asan/bin/$test" --gtest_brief=1; done
+for test in model_test fault_test rt_test can_test app_test; do "build/asan/bin/$test" --gtest_brief=1; done
 for test in rt_test can_test; do "build/tsan/bin/$test" --gtest_brief=1; done
 
 # A sanitizer build of the whole program meets hostile clients and mistakes, too.
 say "whole program under sanitizers"
 pytest=(/usr/bin/python3 -m pytest -q -p no:cacheprovider)
 export PYTHONDONTWRITEBYTECODE=1
-SERVOHIL_BUILD=$PWD/build/asan "${pytest[@]}" tests/e2e/test_cli.py tests/e2e/test_bus.py
-SERVOHIL_BUILD=$PWD/build/tsan "${pytest[@]}" tests/e2e/test_bus.py
+SERVOHIL_BUILD=$PWD/build/asan "${pytest[@]}" tests/e2e/test_{bus,cli,control,lockstep,snapshot}.py
+SERVOHIL_BUILD=$PWD/build/tsan "${pytest[@]}" tests/e2e/test_{bus,control,lockstep,recording}.py
 
 say "release and sanitizer build step alike"
 tests/e2e/lockstep_soak.py --runs 20 --disturb --programs build/release build/asan

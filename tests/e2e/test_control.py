@@ -312,7 +312,7 @@ def test_every_fault_is_shown_as_the_run_knows_it(emulator_for_lines):
         shown = run("fault", "show", one["fault"]).stdout
         assert shown.startswith(f"{one['fault']} ({one['part']})\n  {one['effect']}\n")
         for p in one["parameters"]:
-            assert re.search(rf"^  {p['name']} +{re.escape(p['meaning'])}; {p['minimum']:g} to {p['maximum']:g} .*default "
+            assert re.search(rf"^  {p['name']} +{re.escape(p['meaning'])}; {p['minimum']:g} to {p['maximum']:g}.*default "
                              rf"{p['default']:g}$", shown, re.M), p
 
 
