@@ -401,11 +401,12 @@ constexpr std::array kCatalogue = std::to_array<Spec>({
      "stem_stuck",
      Part::kLoad,
      {{{"from_in", "in", 0.0, 100.0, 3.4, "piston position at which the stem has stuck"},
-       {"to_in", "in", 0.0, 100.0, 5.0, "up to where the others do not pull it"},
+       {"over_in", "in", 0.25, 100.0, 1.6, "upward from there: over which part"},
        kNone}},
      "A valve's stem is stuck: over a part of the stroke the load stays what it is at the part's beginning.",
      [](P& p, const V& v, double share, double) noexcept {
-       ForEachLoad(p, [&](const model::LoadCurve& curve) { return curve.HeldBetween(v[0], v[1], share); });
+       ForEachLoad(
+           p, [&](const model::LoadCurve& curve) { return curve.HeldBetween(v[0], v[0] + v[1], share); });
      },
      false,
      false,

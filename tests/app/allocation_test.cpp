@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <thread>
@@ -82,6 +83,47 @@ TEST(Allocations, AndPageFaultsAreNoneInTenThousandTicksAfterTheStart) {
   });
   simulator.join();
   EXPECT_EQ(wakes, 10'000U);
+  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(page_faults, 0);
+}
+
+/// Every fault there is comes, ramps, acts and goes. @return most that acted at once
+std::uint64_t RunAllFaults(SimulationTask& task) {
+  std::uint64_t most_active = 0;
+  for (const fault::Spec& spec : fault::Catalogue()) {
+    Request request;
+    request.injection.id = spec.id;
+    for (std::size_t i = 0; i < fault::kMostParameters; ++i)
+      request.injection.values[i] = spec.parameters[i].preset;
+    request.injection.ramp_ticks = 20;
+    request.injection.for_ticks = 100;
+    task.PutRequest(request);
+    task.Run(40);
+    most_active = std::max(most_active, task.Now().status.active_faults);
+  }
+  return most_active;
+}
+
+TEST(Allocations, AndPageFaultsAreNoneWhereFaultsAct) {
+  const testing::DefaultSetup setup({"stabilizer.enabled=true", "load.beyond=\"hold\""});
+  const auto make = [&] {
+    auto task = std::make_unique<SimulationTask>(setup.configuration.model, setup.start, setup.Options());
+    task->PutCommand({setup.start.p1_psi});
+    return task;
+  };
+  EXPECT_GE(RunAllFaults(*make()), 2U) << "and the program's own pages are there";
+  const auto task = make();
+  long allocations = -1;
+  long page_faults = -1;
+  std::thread simulator([&] {
+    rt::PrefaultStack();
+    const long faults_before = rt::ThreadPageFaults();
+    const long allocations_before = allocations_of_this_thread;
+    RunAllFaults(*task);
+    allocations = allocations_of_this_thread - allocations_before;
+    page_faults = rt::ThreadPageFaults() - faults_before;
+  });
+  simulator.join();
   EXPECT_EQ(allocations, 0);
   EXPECT_EQ(page_faults, 0);
 }

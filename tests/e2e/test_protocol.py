@@ -37,7 +37,7 @@ class Connection:
 @pytest.fixture
 def path(start, tmp_path):
     control = tmp_path / "control"
-    start("--control", control, *settings(fault__armed="yes"))
+    start("--control", control, "--snapshot-dir", tmp_path, *settings(fault__armed="yes"))
     return control
 
 
