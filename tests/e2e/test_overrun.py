@@ -14,7 +14,8 @@ import sys
 
 import pytest
 
-from emulator import (FROZEN, IN_GUEST, NOT_VALID, OK, RUNNING, STOPPED, TICKS_PER_MS, let_time_pass, settings, ticks_of)
+from emulator import (FROZEN, IN_GUEST, NOT_VALID, OK, RUNNING, STOPPED, TICKS_PER_MS, let_time_pass, settings,
+                      ticks_of)
 from thread_pause import paused
 
 WAKE_TICKS = 10  # loop.wake_ticks, its default
@@ -46,7 +47,8 @@ def statistics_of(file, result):
     assert told == [(w["tick"], round(w["lateness_ns"] / 1e6, 3), w["cause"], w["behind_ticks"]) for w in worst]
     assert [w["tick"] for w in worst] == sorted(w["tick"] for w in worst)
     counted = [w for w in worst if not w["in_grace"]]
-    assert {w["behind_ticks"] for w in worst if w["lateness_ns"] // 1_000_000 * WAKE_TICKS != w["behind_ticks"]} == set()
+    for w in worst:
+        assert w["behind_ticks"] == w["lateness_ns"] // 100_000 // stats["wake_ticks"] * stats["wake_ticks"]
     # An overrun makes as many late wake-ups as it was behind, and more if catching up took long.
     assert sum(w["behind_ticks"] for w in counted) <= late["ticks"]
     assert late["worst_lateness_ns"] >= max((w["lateness_ns"] for w in counted), default=0)
@@ -156,8 +158,8 @@ def test_work_that_takes_long_is_another_cause(start, connect, tmp_path):
         let_time_pass(0.25)
     client.for_ticks(3000)
     result = emulator.stop(may_be_late=True)
-    late = json.loads(stats.read_text())["late"]
-    assert result.late_ticks == late["ticks"] and late["computed_long_ticks"] + late["both_ticks"] >= 1000
+    late = statistics_of(stats, result)["late"]
+    assert late["computed_long_ticks"] + late["both_ticks"] >= 1000
     longest = re.findall(r"^late +at tick .*computed long: longest compute before it ([\d.]+) ms", result.text, re.M)
     assert any(float(ms) >= 250 for ms in longest)
 
@@ -176,7 +178,7 @@ def test_the_worst_of_many_overruns_are_kept(start, connect, tmp_path):
     stats = tmp_path / "stats.json"
     emulator = start("--stats", stats)
     client = connect(emulator)
-    for hold_up_s in (0.004, 0.008, 0.012, 0.006, 0.01, 0.003) * 2 + (0.05,):
+    for hold_up_s in (0.004, 0.008, 0.012, 0.006, 0.01) * 2 + (0.05,):
         client.newest("SERVO_Position")
         emulator.pause(hold_up_s)
     client.for_ticks(1000)
@@ -202,7 +204,8 @@ def test_catch_up_goes_on_past_the_limit_loudly(start, connect):
     assert FROZEN not in {f["Mode"] for f in frames if f.name == "SERVO_Status"}
     result = emulator.wait(may_be_late=True)
     assert result.ticks == 15000 and result.status == NOT_VALID and overruns(result) >= 1
-    assert 'overrun: more than loop.max_catch_up_ticks = 300 were to be caught up; loop.overrun = "catch_up"' in result.log
+    assert ('overrun: more than loop.max_catch_up_ticks = 300 were to be caught up; loop.overrun = "catch_up"'
+            in result.log)
 
 
 def test_below_the_limit_no_policy_acts(start):

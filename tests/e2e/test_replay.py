@@ -4,20 +4,21 @@ what would have been."""
 import random
 import re
 import shutil
-import signal
+import subprocess
 
 import h5py
 import numpy
 import pytest
 
 from control_socket import Control
-from emulator import NOT_VALID, OK, RUNNING, USAGE, run, settings, ticks_of
+from emulator import NOT_VALID, OK, PROGRAM, REPOSITORY, RUNNING, USAGE, Client, Emulator, run, settings
 from recordings import FILE, LOG, Recording, same_bits
 
 REST_P1_PSI = 30.263
 MODEL = settings(friction__coulomb_psi=2, stabilizer__enabled="true", oil__air_fraction=0.005)
 FAULTS = [("air_entrainment", {"fraction": 0.05, "ramp_s": 0.1}), ("coulomb_friction", {"psi": 8}),
-          ("load_oscillation", {"amplitude_psi": 6, "frequency_hz": 9, "for_s": 0.2}), ("piston_jammed", {"for_s": 0.1}),
+          ("load_oscillation", {"amplitude_psi": 6, "frequency_hz": 9, "for_s": 0.2}),
+          ("piston_jammed", {"for_s": 0.1}),
           ("supply_ripple", {"amplitude_psi": 20}), ("hot_oil", {"ramp_s": 0.3}), ("load_step", {"psi": 15}),
           ("gas_charge_lost", {}), ("cam_slipped", {"offset_in": 0.2, "ramp_s": 0.05, "for_s": 0.1})]
 
@@ -50,8 +51,7 @@ def random_run(emulator, client, control, ticks, seed):
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """A run in real time with commands and interventions at random: its directory, which no test changes, and result."""
-    from emulator import Client, Emulator
+    """A run in real time, commands and interventions at random: its directory, which no test changes, and result."""
     place = tmp_path_factory.mktemp("recorded")
     with Emulator(["slcan:pty"], *MODEL, "--record", place / "r", "--control", place / "sock") as emulator:
         with Client(emulator.urls[0]) as client, Control(place / "sock") as control:
@@ -154,8 +154,8 @@ def test_one_bit_of_a_value_is_found(copy, column, tick):
         one.view("u1")[0] ^= 1
         dataset[row:row + 1] = one
     told = replay(copy, status=NOT_VALID).splitlines()[-1]
-    assert re.match(rf"differs from tick {row + 1} \({(row + 1) * 1e-4:.4f} s\) on: {column} recorded \S+, replayed \S+$",
-                    told), told
+    assert re.match(rf"differs from tick {row + 1} \({(row + 1) * 1e-4:.4f} s\) on: {column} recorded \S+, replayed "
+                    r"\S+$", told), told
 
 
 def test_one_bit_of_a_command_is_found(copy):
@@ -215,8 +215,6 @@ def test_flipped_bits_anywhere_are_no_more_than_an_error(copy):
 
 
 def run_any(*arguments):
-    import subprocess
-    from emulator import PROGRAM, REPOSITORY
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=60, cwd=REPOSITORY)
 
 
@@ -280,7 +278,8 @@ def test_a_log_drives_the_model(tmp_path, start, connect):
 
 
 def test_a_log_of_another_tool(tmp_path):
-    """Names of interfaces, extended and remote frames, CAN FD, error frames: read; what is no command is passed over."""
+    """Names of interfaces, extended and remote frames, CAN FD, error frames are read; what is no command is passed
+    over."""
     log = tmp_path / "any.log"
     log.write_text("(1436509052.249713) vcan0 044#2A366C2BBA\n(1436509052.250000) can1 100#00557407\n"
                    "(1436509052.350000) can1 1ABCDEF0#R\n(1436509052.350001) can1 123##1AABB\n"
