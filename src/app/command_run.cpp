@@ -165,6 +165,7 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   const std::string ready = ReadyLine(network, emulator.Final(), emulator_options);
   SnapshotWriter snapshots(options.snapshots, texts);
   const auto control = OpenControl(options.control, emulator, PermissionsOf(configuration, network));
+  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get());
   std::string missing;
   for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
   if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);
@@ -173,7 +174,7 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   }
   std::cout << ready << std::flush;
 
-  Watch(emulator, network, emulator_options, options.statistics, snapshots, control.get()).Run(signals);
+  watch.Run(signals);
   emulator.Stop();
   snapshots.WriteAllOrTell(emulator);
   const std::uint64_t lost = options.clock == Clock::kLockstep ? network.Statistics().receive_overflows : 0;

@@ -152,8 +152,7 @@ can::Frame Contract::Encode(Published which, const Telemetry& telemetry) const n
   frame.extended = outgoing.message->extended;
   frame.size = static_cast<std::uint8_t>(outgoing.message->size_bytes);
   const std::span<std::uint8_t> data(frame.data.data(), frame.size);
-  for (const Field& field : outgoing.fields)
-    can::Encode(*field.signal, field.value(telemetry), data);
+  for (const Field& field : outgoing.fields) can::Encode(*field.signal, field.value(telemetry), data);
   return frame;
 }
 

@@ -31,8 +31,8 @@ TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contra
 
 }  // namespace
 
-Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState& start, const Contract& contract,
-                   can::Network& network, const EmulatorOptions& options)
+Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState& start,
+                   const Contract& contract, can::Network& network, const EmulatorOptions& options)
     : network_(network),
       options_(options),
       task_(std::make_unique<SimulationTask>(parameters, start, TaskOptionsOf(options, contract))),

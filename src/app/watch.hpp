@@ -14,7 +14,7 @@ namespace servohil::app {
 
 class Watch {
  public:
-  /// @param statistics  file to write each second; empty: none
+  /// Before the emulator starts. @param statistics  file to write each second; empty: none
   /// @param control  null: none. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
         std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control);

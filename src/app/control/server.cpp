@@ -28,6 +28,7 @@ constexpr std::size_t kMostClients = 16;
 constexpr std::size_t kLongestLine = 4'096;
 constexpr std::size_t kMostOutput = std::size_t{256} * 1'024;
 constexpr int kMostReadsAtOnce = 4;
+constexpr std::size_t kMostAsked = 60;  // fewer than the simulation's answers have room
 
 std::string Reason() {
   return std::generic_category().message(errno);
@@ -187,7 +188,7 @@ void Server::TakeLine(Client& client, const std::string& line) {
   } else {
     Request asked = std::get<Request>(understood);
     asked.number = next_request_++;
-    if (emulator_.PutRequest(asked)) {
+    if (asked_.size() < kMostAsked && emulator_.PutRequest(asked)) {
       asked_.push_back({asked.number, client.number, id});
     } else {
       Reply(client, id, Rejected("too many requests wait already"));
