@@ -58,7 +58,7 @@ inline constexpr std::size_t kPublishedCount = 4;
 struct Telemetry {
   Sample sample;
   Status status;
-  model::Outputs outputs{};                 ///< at a tick where something is due, and after the last of a run of ticks
+  model::Outputs outputs{};  ///< at a tick where something is due, and after the last of a run of ticks
   std::array<bool, kPublishedCount> due{};  ///< messages whose cycle ends at this tick
 };
 

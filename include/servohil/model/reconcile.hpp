@@ -1,6 +1,6 @@
 #pragma once
-/// A state under parameters that have changed while it ran (a fault, a setting): continuous where oil, mass and
-/// gas are, with the mode that holds now.
+/// A state under parameters that have changed while it ran (a fault, a setting): continuous where oil, mass
+/// and gas are, with the mode that holds now.
 
 #include "servohil/model/derived.hpp"
 #include "servohil/model/state.hpp"
