@@ -9,6 +9,7 @@
 #include "control/server.hpp"
 #include "fault_document.hpp"
 #include "formatted.hpp"
+#include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
 #include "servohil/fault/catalogue.hpp"
 #include "servohil/nearest_name.hpp"
@@ -63,7 +64,7 @@ int Inject(const Options& options) {
   if (answer.value("result", "") == "APPLIED") {
     const auto tick = answer.value("tick", std::uint64_t{0});
     std::cout << Formatted("APPLIED: %s from tick %llu (%.4f s) on\n", options.fault.c_str(),
-                           static_cast<unsigned long long>(tick), static_cast<double>(tick) * 1e-4);
+                           static_cast<unsigned long long>(tick), SecondsOf(tick));
   }
   return Judge(answer);
 }

@@ -13,6 +13,7 @@
 #include "run_report.hpp"
 #include "scripted_run.hpp"
 #include "servohil/app/contract.hpp"
+#include "servohil/app/ticks.hpp"
 #include "servohil/can/dbc.hpp"
 #include "servohil/error.hpp"
 #include "snapshot_file.hpp"
@@ -39,7 +40,7 @@ struct Rerun {
 
 std::uint64_t EndTick(const Options& options, std::uint64_t last_tick) {
   if (!options.until_s) return last_tick;
-  const auto until = static_cast<std::uint64_t>(std::llround(*options.until_s / model::kTickS));
+  const auto until = TicksOf(*options.until_s);
   return std::min(until, last_tick);
 }
 
@@ -94,28 +95,27 @@ void TellWhatItIs(const RecordingReader& recording) {
 
 int TellIdentity(const Comparison& comparison, const Telemetry& end) {
   if (const auto& d = comparison.FirstDifference()) {
-    std::cout << Formatted("differs from tick %llu (%.4f s) on: ", Count{d->tick},
-                           static_cast<double>(d->tick) * model::kTickS)
+    std::cout << Formatted("differs from tick %llu (%.4f s) on: ", Count{d->tick}, SecondsOf(d->tick))
               << d->variable << " recorded " << d->recorded << ", replayed " << d->replayed << '\n';
     return kExitNotValid;
   }
   std::cout << Formatted("identical: %llu samples to tick %llu (%.4f s), state hash %016llx\n",
                          Count{comparison.ComparedSamples()}, Count{end.sample.tick},
-                         static_cast<double>(end.sample.tick) * model::kTickS, Count{end.sample.state_hash});
+                         SecondsOf(end.sample.tick), Count{end.sample.state_hash});
   return kExitOk;
 }
 
 void TellDeviations(const Comparison& comparison) {
   if (const auto& d = comparison.FirstDifference()) {
     std::cout << Formatted("deviates from tick %llu (%.4f s) on, first in ", Count{d->tick},
-                           static_cast<double>(d->tick) * model::kTickS)
+                           SecondsOf(d->tick))
               << d->variable << "; largest deviations:\n";
   } else {
     std::cout << "the changes change nothing: identical\n";
   }
   for (const Deviation& d : comparison.LargestDeviations()) {
     std::cout << Formatted("  %-8s %.6g %s at %.4f s\n", d.variable.c_str(), d.largest, d.unit.c_str(),
-                           static_cast<double>(d.tick) * model::kTickS);
+                           SecondsOf(d.tick));
   }
 }
 
@@ -176,7 +176,7 @@ int ReplayLog(const Options& options) {
   rerun.end_tick = EndTick(options, last_tick + 1);
   std::cout << Formatted("log %s: %llu frames, %llu of them commands, %.4f s\n",
                          options.path.string().c_str(), Count{frames.size()}, Count{rerun.script.size()},
-                         static_cast<double>(last_tick) * model::kTickS);
+                         SecondsOf(last_tick));
   if (rerun.script.empty()) {
     throw UsageError(
         options.path.string() +

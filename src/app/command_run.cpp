@@ -21,6 +21,7 @@
 #include "servohil/app/emulator.hpp"
 #include "servohil/app/envelope_check.hpp"
 #include "servohil/app/run_texts.hpp"
+#include "servohil/app/ticks.hpp"
 #include "servohil/can/dbc.hpp"
 #include "servohil/can/network.hpp"
 #include "servohil/error.hpp"
@@ -45,10 +46,6 @@ struct Options {
   std::filesystem::path snapshots = ".";
   std::vector<double> snapshot_at_s;
 };
-
-std::uint64_t TicksOf(double seconds) {
-  return static_cast<std::uint64_t>(std::llround(seconds / model::kTickS));
-}
 
 /// What is to be run: all of it from the configuration, or from a snapshot.
 struct Setup {

@@ -13,6 +13,7 @@
 #include "scripted_run.hpp"
 #include "servohil/app/envelope_check.hpp"
 #include "servohil/app/simulation_task.hpp"
+#include "servohil/app/ticks.hpp"
 #include "servohil/can/dbc.hpp"
 #include "servohil/error.hpp"
 
@@ -57,21 +58,10 @@ class CsvOutput {
   CsvOutput& operator=(const CsvOutput&) = delete;
 
   void Write(const Sample& s, const model::Outputs& o) {
-    const double values[] = {static_cast<double>(s.tick) * model::kTickS,
-                             s.p1_psi,
-                             s.state.x3_in,
-                             s.state.v3_in_s,
-                             s.state.p3_psi,
-                             s.state.p4_psi,
-                             s.state.p8_psi,
-                             o.x1_in,
-                             o.x2_in,
-                             o.x4_in,
-                             o.q3_in3_s,
-                             o.q4_in3_s,
-                             o.q5_in3_s,
-                             o.q6_in3_s,
-                             o.friction_psi};
+    const double values[] = {SecondsOf(s.tick), s.p1_psi,       s.state.x3_in,  s.state.v3_in_s,
+                             s.state.p3_psi,    s.state.p4_psi, s.state.p8_psi, o.x1_in,
+                             o.x2_in,           o.x4_in,        o.q3_in3_s,     o.q4_in3_s,
+                             o.q5_in3_s,        o.q6_in3_s,     o.friction_psi};
     for (const double value : values) std::fprintf(file_, "%.17g,", value);
     std::fputs(s.state.mode.PistonRests() ? "1\n" : "0\n", file_);
   }
@@ -93,7 +83,7 @@ int Report(const Sample& end) {
     std::cerr << Formatted(
         "servohil: model fault at t = %.4f s: the state left the model's domain after x3 = %.6g in, "
         "P3 = %.6g psi; the output ends there\n",
-        static_cast<double>(end.tick) * model::kTickS, end.state.x3_in, end.state.p3_psi);
+        SecondsOf(end.tick), end.state.x3_in, end.state.p3_psi);
     return kExitNotValid;
   }
   if (end.unresolved_ticks > 0) {
@@ -122,7 +112,7 @@ int Simulate(const Options& options) {
   const std::vector<Influence> script = P1Over(start.p1_psi, options);
   const auto recorder = OpenRecording(options, configuration);
   TaskOptions task_options;
-  task_options.duration_ticks = static_cast<std::uint64_t>(std::llround(options.duration_s / model::kTickS));
+  task_options.duration_ticks = TicksOf(options.duration_s);
   task_options.recorder = recorder.get();
   const auto task = std::make_unique<SimulationTask>(configuration.model, start, task_options);
 

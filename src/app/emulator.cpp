@@ -2,6 +2,7 @@
 
 #include <sys/eventfd.h>
 #include <unistd.h>
+#include "servohil/app/ticks.hpp"
 
 #include <algorithm>
 
@@ -11,7 +12,6 @@
 namespace servohil::app {
 namespace {
 
-constexpr std::int64_t kTickNs = 100'000;
 constexpr int kTicksPerMs = 10;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.

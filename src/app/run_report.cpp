@@ -1,4 +1,5 @@
 #include "run_report.hpp"
+#include "servohil/app/ticks.hpp"
 
 #include <algorithm>
 
@@ -14,9 +15,6 @@ double Us(std::uint64_t ns) {
 }
 double Ms(std::int64_t ns) {
   return static_cast<double>(ns) / 1e6;
-}
-double Seconds(std::uint64_t ticks) {
-  return static_cast<double>(ticks) * model::kTickS;
 }
 
 std::string Quantiles(const rt::LatencyHistogram& h) {
@@ -93,7 +91,7 @@ std::string StatusLine(const Telemetry& t, double ticks_per_s, const Emulator& e
       "%s  t %.1f s  %.0f ticks/s  wake-up latency 99.9 %% %.3f ms, worst %.3f ms  late ticks %llu  P1 %.3f "
       "psi  "
       "x3 %.4f in  frames in %llu out %llu",
-      NameOf(t.status.mode), Seconds(t.sample.tick), ticks_per_s, Us(latency.QuantileNs(0.999)) / 1e3,
+      NameOf(t.status.mode), SecondsOf(t.sample.tick), ticks_per_s, Us(latency.QuantileNs(0.999)) / 1e3,
       Us(latency.MaxNs()) / 1e3, Count{t.status.late.Total()}, t.sample.p1_psi, t.sample.state.x3_in,
       Count{bus.received}, Count{bus.sent});
 }
@@ -101,9 +99,9 @@ std::string StatusLine(const Telemetry& t, double ticks_per_s, const Emulator& e
 std::string SimulationSummary(const Telemetry& end) {
   const Sample& s = end.sample;
   return Formatted("ran      %llu ticks, %.4f s simulated; x3 %.4f in, P1 %.3f psi, P3 %.2f psi, mode %s\n",
-                   Count{s.tick}, Seconds(s.tick), s.state.x3_in, s.p1_psi, s.state.p3_psi,
+                   Count{s.tick}, SecondsOf(s.tick), s.state.x3_in, s.p1_psi, s.state.p3_psi,
                    NameOf(end.status.mode)) +
-         Formatted("hash     %016llx\n", Count{s.state_hash}) +
+         "hash     " + HashText(s.state_hash) + '\n' +
          Formatted("model    %llu ticks were faster than %d sub-steps resolve\n", Count{s.unresolved_ticks},
                    model::kMaxSubSteps);
 }

@@ -1,4 +1,5 @@
 #include "run_statistics.hpp"
+#include "formatted.hpp"
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -84,9 +85,7 @@ void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator
   if (finished) {
     const std::uint64_t lost = options.clock == Clock::kReal ? 0 : network.Statistics().receive_overflows;
     json["verdict"] = JudgeRun(now, lost).Text();
-    char hash[17];
-    std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(now.sample.state_hash));
-    json["state_hash"] = hash;
+    json["state_hash"] = HashText(now.sample.state_hash);
     json["worst_overruns"] = WorstToJson(emulator, options.task.loop.wake_ticks);
     json["loop_page_faults"] = emulator.LoopPageFaults();
   }

@@ -1,13 +1,13 @@
 #include "servohil/app/sender.hpp"
 
 #include <algorithm>
+#include "servohil/app/ticks.hpp"
 
 #include "servohil/rt/clock.hpp"
 
 namespace servohil::app {
 namespace {
 
-constexpr std::int64_t kTickNs = 100'000;
 constexpr std::int64_t kRetryNs = 200'000;  // a full queue is asked again
 
 }  // namespace

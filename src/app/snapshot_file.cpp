@@ -18,7 +18,7 @@ constexpr const char* kFormat = "servohil snapshot";
 
 /// Finds damage, not malice.
 std::string Checksum(const std::string& text) {
-  return Formatted("%016llx", static_cast<unsigned long long>(Fnv1a(text)));
+  return HashText(Fnv1a(text));
 }
 
 Json ToJson(const fault::Schedule& faults) {

@@ -2,14 +2,13 @@
 
 #include <atomic>
 #include <memory>
+#include "servohil/app/ticks.hpp"
 
 #include "servohil/rt/clock.hpp"
 #include "servohil/rt/periodic_loop.hpp"
 
 namespace servohil::app::check {
 namespace {
-
-constexpr std::int64_t kTickNs = 100'000;
 
 std::int64_t Ns(double seconds) noexcept {
   return static_cast<std::int64_t>(seconds * 1e9);

@@ -1,9 +1,9 @@
 #include "requests.hpp"
+#include "servohil/app/ticks.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <vector>
 
 #include "../formatted.hpp"
@@ -54,13 +54,9 @@ double RequireNumber(const std::string& name, const Json& value, double minimum,
   return value.get<double>();
 }
 
-std::uint64_t Ticks(double seconds) {
-  return static_cast<std::uint64_t>(std::llround(seconds / model::kTickS));
-}
-
 /// The time line's own parameters, which every fault has.
 bool SetTiming(const std::string& name, const Json& value, fault::Injection& injection) {
-  const auto ticks = [&] { return Ticks(RequireNumber(name, value, 0.0, kMostSeconds, "s")); };
+  const auto ticks = [&] { return TicksOf(RequireNumber(name, value, 0.0, kMostSeconds, "s")); };
   if (name == "at_s") {
     injection.start_tick = ticks() + 1;
   } else if (name == "ramp_s") {
@@ -184,7 +180,7 @@ Json StatusToJson(const Telemetry& now) {
   const Sample& s = now.sample;
   return {{"result", "OK"},
           {"tick", s.tick},
-          {"time_s", static_cast<double>(s.tick) * model::kTickS},
+          {"time_s", SecondsOf(s.tick)},
           {"mode", NameOf(now.status.mode)},
           {"timing_valid", now.status.TimingValid()},
           {"late_ticks", now.status.late.Total()},
@@ -199,7 +195,7 @@ Json StatusToJson(const Telemetry& now) {
           {"stuck", s.state.mode.PistonRests()},
           {"model_fault", s.model_fault},
           {"active_faults", now.status.active_faults},
-          {"command_age_s", static_cast<double>(now.status.command_age_ticks) * model::kTickS}};
+          {"command_age_s", SecondsOf(now.status.command_age_ticks)}};
 }
 
 Json FaultsToJson(const fault::Schedule& faults, std::uint64_t tick) {

@@ -37,13 +37,6 @@ constexpr int kFramesPerRound = 2'048;
 /// The two rings of frames are merged by time: a frame is written once none earlier can come.
 constexpr std::int64_t kMergeWindowNs = 50'000'000;
 
-std::int64_t RealTimeNs() noexcept {
-  constexpr std::int64_t kNsPerS = 1'000'000'000;
-  timespec now{};
-  clock_gettime(CLOCK_REALTIME, &now);
-  return now.tv_sec * kNsPerS + now.tv_nsec;
-}
-
 double ThreadCpuS() noexcept {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -115,12 +108,12 @@ class Recorder::Writer {
   }
   void RecordInfluence(const Influence& influence) noexcept { Push(influences_, influence.tick, influence); }
   void RecordReceived(const can::Frame& frame, std::size_t bus) noexcept {
-    const std::int64_t time_ns = frame.receive_time_ns != 0 ? frame.receive_time_ns : RealTimeNs();
+    const std::int64_t time_ns = frame.receive_time_ns != 0 ? frame.receive_time_ns : rt::RealTimeNs();
     const std::uint64_t tick = newest_tick_.load(std::memory_order_relaxed);
     Push(received_, tick, LoggedFrame{frame, time_ns, tick, bus, {}});
   }
   void RecordSent(std::uint64_t tick, Published which, const can::Frame& frame) noexcept {
-    Push(sent_, tick, LoggedFrame{frame, RealTimeNs(), tick, {}, which});
+    Push(sent_, tick, LoggedFrame{frame, rt::RealTimeNs(), tick, {}, which});
   }
 
   bool Incomplete() const noexcept {
@@ -258,7 +251,7 @@ void Recorder::Writer::WriteRound() {
     file_.AddPublished(frame.tick, frame.which, frame.frame, now_ns);
   to_log_.insert(to_log_.end(), round_received_.begin(), round_received_.end());
   to_log_.insert(to_log_.end(), round_sent_.begin(), round_sent_.end());
-  LogUntil(RealTimeNs() - kMergeWindowNs);
+  LogUntil(rt::RealTimeNs() - kMergeWindowNs);
   file_.Write(now_ns, false);
 }
 

@@ -39,8 +39,4 @@ inline constexpr const char* kComplete = "complete";
 
 }  // namespace attribute
 
-inline std::string HashText(std::uint64_t hash) {
-  return Formatted("%016llx", static_cast<unsigned long long>(hash));
-}
-
 }  // namespace servohil::app
