@@ -6,13 +6,12 @@
 #include <sstream>
 #include <system_error>
 
+#include "dbc_check.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
 
 namespace servohil::can {
 namespace {
-
-constexpr int kLargestFrame = 64;  // bytes, CAN FD
 
 template <typename Items>
 const typename Items::value_type* FindByName(const Items& items, std::string_view name) {
@@ -42,6 +41,13 @@ const Signal* Message::FindSignal(std::string_view signal_name) const {
   return FindByName(signals, signal_name);
 }
 
+const Signal* Message::Selector() const {
+  const auto at = std::find_if(signals.begin(), signals.end(), [](const Signal& signal) {
+    return signal.multiplexing == Multiplexing::kSelector;
+  });
+  return at == signals.end() ? nullptr : &*at;
+}
+
 const Message* Database::FindMessage(std::string_view message_name) const {
   return FindByName(messages, message_name);
 }
@@ -52,21 +58,7 @@ const Message& Database::RequireMessage(std::string_view message_name) const {
     throw UsageError(file + ": no message '" + std::string(message_name) + "'" +
                      Suggestion(messages, message_name));
   }
-  const auto refuse = [&](int line, const std::string& what) {
-    throw UsageError(file + ":" + std::to_string(line) + ": message '" + message->name + "' " + what);
-  };
-  if (message->size_bytes > kLargestFrame) {
-    refuse(message->line, "has " + std::to_string(message->size_bytes) + " bytes; a CAN FD frame holds 64");
-  }
-  for (const Signal& signal : message->signals) {
-    if (signal.multiplexed) {
-      refuse(signal.line, "has the multiplexed signal '" + signal.name + "': multiplexing is not supported");
-    }
-    if (signal.is_float) {
-      refuse(signal.line, "has the floating-point signal '" + signal.name +
-                              "' (SIG_VALTYPE_): only integers with factor and offset are supported");
-    }
-  }
+  CheckUsable(*this, *message);
   return *message;
 }
 
