@@ -35,6 +35,17 @@ std::string Suggestion(const Items& items, std::string_view wrong) {
   return names.size() > kMostListed ? list + " ..." : list;
 }
 
+[[noreturn]] void FailMissing(const Databases& databases, std::string_view message_name) {
+  std::string names;
+  std::vector<Message> all;
+  for (const Database& file : databases.files) {
+    names += (names.empty() ? "" : ", ") + file.file;
+    all.insert(all.end(), file.messages.begin(), file.messages.end());
+  }
+  throw UsageError(names + ": no message '" + std::string(message_name) + "'" +
+                   Suggestion(all, message_name));
+}
+
 }  // namespace
 
 const Signal* Message::FindSignal(std::string_view signal_name) const {
@@ -70,6 +81,31 @@ const Signal& Database::RequireSignal(const Message& message, std::string_view s
                      Suggestion(message.signals, signal_name));
   }
   return *signal;
+}
+
+Databases::Found Databases::RequireMessage(std::string_view message_name) const {
+  const auto at = std::find_if(files.begin(), files.end(), [&](const Database& file) {
+    return file.FindMessage(message_name) != nullptr;
+  });
+  if (at == files.end()) FailMissing(*this, message_name);
+  const Message& message = at->RequireMessage(message_name);
+  for (const Database& other : files) {
+    if (&other == &*at) continue;
+    for (const Message& twin : other.messages) {
+      if (twin.name != message.name && (twin.id != message.id || twin.extended != message.extended)) continue;
+      throw UsageError(other.file + ":" + std::to_string(twin.line) + ": message '" + twin.name +
+                       "' has the " + (twin.name == message.name ? "name" : "id") + " of '" + message.name +
+                       "' in " + at->file + ":" + std::to_string(message.line) +
+                       ": leave one of the two files out");
+    }
+  }
+  return {&*at, &message};
+}
+
+Databases ReadDbcs(const std::vector<std::string>& files) {
+  Databases databases;
+  for (const std::string& file : files) databases.files.push_back(ReadDbc(file));
+  return databases;
 }
 
 Database ReadDbc(const std::filesystem::path& file) {

@@ -262,6 +262,29 @@ TEST(Dbc, SuggestsTheNearestName) {
   }
 }
 
+TEST(Dbc, SeveralFilesAreOneAsLongAsNothingIsInDoubt) {
+  Databases both;
+  both.files = {ParseDbc("BO_ 1 A: 8 X\nBO_ 2 B: 8 X\nBO_ 3 C: 8 X\n", "one.dbc"),
+                ParseDbc("BO_ 4 D: 8 X\nBO_ 2 E: 8 X\nBO_ 5 C: 8 X\nBO_ 2147483649 F: 8 X\n", "two.dbc")};
+  const auto refusal = [&](const std::string& name) -> std::string {
+    try {
+      both.RequireMessage(name);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(both.RequireMessage("D").database->file, "two.dbc");
+  EXPECT_EQ(both.RequireMessage("D").message->line, 1);
+  EXPECT_EQ(refusal("A"), "no error");
+  EXPECT_EQ(refusal("F"), "no error");  // id 1 of 29 bits
+  EXPECT_EQ(refusal("B"),
+            "two.dbc:2: message 'E' has the id of 'B' in one.dbc:2: leave one of the two files out");
+  EXPECT_EQ(refusal("C"),
+            "two.dbc:3: message 'C' has the name of 'C' in one.dbc:3: leave one of the two files out");
+  EXPECT_EQ(refusal("Gov"), "one.dbc, two.dbc: no message 'Gov'; there are 7: A B C D E C ...");
+}
+
 TEST(Dbc, AFileThatIsNotThereIsAUsageError) {
   EXPECT_THROW(ReadDbc("/nowhere/x.dbc"), UsageError);
   EXPECT_THROW(ReadDbc("/tmp"), UsageError);

@@ -74,6 +74,19 @@ struct Database {
   const Signal& RequireSignal(const Message& message, std::string_view signal_name) const;
 };
 
+/// Several files as one.
+struct Databases {
+  std::vector<Database> files;
+
+  struct Found {
+    const Database* database;
+    const Message* message;
+  };
+  /// @throws UsageError as Database::RequireMessage; when two files have the name, or another file a message
+  ///         with the same id: which one counts is not to be guessed
+  Found RequireMessage(std::string_view message_name) const;
+};
+
 /// Text may be UTF-8 or Latin-1, lines may end in LF or CR LF.
 /// @throws UsageError "FILE:LINE: ..." with what was found and what was expected: syntax, a signal outside
 /// its
@@ -81,5 +94,7 @@ struct Database {
 Database ParseDbc(std::string_view text, const std::string& file);
 /// @throws UsageError as ParseDbc, and when the file cannot be read
 Database ReadDbc(const std::filesystem::path& file);
+/// The same for several, in this order.
+Databases ReadDbcs(const std::vector<std::string>& files);
 
 }  // namespace servohil::can
