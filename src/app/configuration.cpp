@@ -70,6 +70,11 @@ class Loader {
     Set(setting.substr(0, equals), *table.get("value"), place, {});
   }
 
+  void Apply(const KeySetting& setting) {
+    const toml::table table = toml::parse("value = " + setting.value);
+    Set(setting.key, *table.get("value"), setting.place, setting.directory);
+  }
+
   /// Checks what no key can tell alone.
   Configuration Finish() {
     const model::ServoParameters& servo = config_.model.servo;
@@ -241,11 +246,13 @@ std::filesystem::path DefaultConfigurationFile() {
   return program.parent_path().parent_path() / "share" / "servohil" / "servohil.toml";
 }
 
-Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings) {
+Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings,
+                                const std::vector<KeySetting>& more) {
   const std::filesystem::path source = file.empty() ? DefaultConfigurationFile() : file;
   Loader loader;
   loader.UseDefaultsBeside(source);
   loader.ReadFile(source);
+  for (const KeySetting& setting : more) loader.Apply(setting);
   for (const std::string& setting : settings) loader.Apply(setting);
   return loader.Finish();
 }
