@@ -73,6 +73,11 @@ class Loader {
     Set(setting.substr(0, equals), *table.get("value"), place, {});
   }
 
+  void Apply(const KeySetting& setting) {
+    const toml::table table = toml::parse("value = " + setting.value);
+    Set(setting.key, *table.get("value"), setting.place, setting.directory);
+  }
+
   /// Checks what no key can tell alone. @throws UsageError with a line for each mistake so far
   Configuration Finish() {
     ThrowMistakes();
@@ -267,20 +272,23 @@ std::filesystem::path DefaultConfigurationFile() {
   return program.parent_path().parent_path() / "share" / "servohil" / "servohil.toml";
 }
 
-Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings) {
+Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings,
+                                const std::vector<KeySetting>& more) {
   const std::filesystem::path source = file.empty() ? DefaultConfigurationFile() : file;
   std::ifstream in(source, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   if (!in || std::filesystem::is_directory(source))
     throw UsageError(source.string() + ": there is no such file");
-  return ParseConfiguration(text, source, settings);
+  return ParseConfiguration(text, source, settings, more);
 }
 
 Configuration ParseConfiguration(std::string_view text, const std::filesystem::path& file,
-                                 const std::vector<std::string>& settings) {
+                                 const std::vector<std::string>& settings,
+                                 const std::vector<KeySetting>& more) {
   Loader loader;
   loader.UseDefaultsBeside(file);
   loader.ReadText(text, file);
+  for (const KeySetting& setting : more) loader.Apply(setting);
   for (const std::string& setting : settings) loader.Apply(setting);
   return loader.Finish();
 }

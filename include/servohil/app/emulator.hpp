@@ -83,6 +83,7 @@ class Emulator {
   // After Stop():
   const Telemetry& Final() const noexcept { return task_->Now(); }
   std::uint64_t TelemetryDropped() const noexcept { return task_->TelemetryDropped(); }
+  std::uint64_t ScriptRefused() const noexcept { return task_->ScriptRefused(); }
   /// Page faults of the simulation thread inside its loop.
   long LoopPageFaults() const noexcept { return loop_page_faults_; }
 
