@@ -21,7 +21,7 @@ KeyValues KeyValuesOf(const RunTexts& texts) {
     if (equals == std::string::npos) {
       if (line.empty()) continue;
       section = line.substr(line.find_first_not_of('['), line.find(']') - line.find_first_not_of('['));
-      if (const int count = ++seen[section]; count > 1) section += "[" + std::to_string(count) + "]";
+      if (const int count = ++seen[section]; count > 1) section.append(Formatted("[%d]", count));
     } else {
       std::string value = line.substr(equals + 3);
       if (const std::size_t unit = value.rfind("  # "); unit != std::string::npos)
