@@ -1,4 +1,3 @@
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
@@ -9,11 +8,14 @@
 #include <optional>
 
 #include "bus_setup.hpp"
+#include "check_configuration.hpp"
 #include "commands.hpp"
 #include "control/server.hpp"
 #include "formatted.hpp"
+#include "log.hpp"
 #include "p1_script.hpp"
 #include "recording_options.hpp"
+#include "reload.hpp"
 #include "run_report.hpp"
 #include "run_statistics.hpp"
 #include "scenario/evaluator.hpp"
@@ -47,6 +49,7 @@ struct Options {
   std::filesystem::path from;
   std::filesystem::path snapshots = ".";
   std::vector<double> snapshot_at_s;
+  bool check_configuration = false;
   ScenarioOptions scenario;
 };
 
@@ -142,8 +145,10 @@ std::vector<std::string> BusNames(const can::Network& network) {
 }
 
 /// Faults belong on a bus that no real machine is on, unless the configuration says otherwise.
-control::Permissions PermissionsOf(const Configuration& configuration, const can::Network& network) {
-  control::Permissions permissions{&configuration.model, configuration.fault.armed == Armed::kYes, {}};
+/// @param unfaulted  what runs
+control::Permissions PermissionsOf(const Configuration& configuration, const model::Parameters& unfaulted,
+                                   const can::Network& network) {
+  control::Permissions permissions{&unfaulted, configuration.fault.armed == Armed::kYes, {}};
   if (permissions.armed) return permissions;
   if (configuration.fault.armed == Armed::kNo) {
     permissions.why_not_armed = "faults are not armed: fault.armed = \"no\"";
@@ -196,7 +201,7 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
       options.recording.Open(texts, setup.contract, options.clock == Clock::kReal ? "real time" : "lockstep",
                              from, BusNames(network));
   emulator_options.task.recorder = recorder.get();
-  const control::Permissions permissions = PermissionsOf(configuration, network);
+  const control::Permissions permissions = PermissionsOf(configuration, configuration.model, network);
   std::optional<ScenarioOnBus> scenario;
   if (setup.scenario) {
     scenario.emplace(*setup.scenario, permissions, options.clock);
@@ -207,7 +212,11 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   const std::string ready = ReadyLine(network, emulator.Final(), emulator_options);
   SnapshotWriter snapshots(options.snapshots, texts);
   const auto control = OpenControl(options.control, emulator, permissions);
-  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get());
+  Reloader reloader(texts, [&] { return options.configuration.Load(); },
+                    {{"fault.armed", [&](const Configuration& now) {
+                        if (control) control->Permit(PermissionsOf(now, configuration.model, network));
+                      }}});
+  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get(), reloader);
   std::string missing;
   for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
   if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);
@@ -261,9 +270,7 @@ int Run(const Options& options) {
   if (!options.script.empty() && options.clock != Clock::kFast)
     throw UsageError("run: --script is for --clock fast; on a bus the governor gives the commands");
   const StopSignals signals;
-  spdlog::set_default_logger(
-      std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::stderr_sink_mt>()));
-  spdlog::set_pattern("servohil: %l: %v");
+  SetUpLog();
   std::optional<Snapshot> from;
   Options effective = options;
   std::optional<TemporaryConfiguration> configuration;
@@ -273,6 +280,7 @@ int Run(const Options& options) {
     configuration.emplace(file.texts);
     effective.configuration.file = configuration->File();
   }
+  if (options.check_configuration) return CheckConfiguration(effective.configuration, effective.buses);
   const Setup setup(effective);
   if (const std::string warning = CheckEnvelope(setup.configuration, setup.derived); !warning.empty())
     spdlog::warn("{}", warning);
@@ -282,6 +290,8 @@ int Run(const Options& options) {
 
 void AddOptions(CLI::App& command, Options& options) {
   options.configuration.AddTo(command);
+  command.add_flag("--check-config", options.check_configuration,
+                   "checks configuration, DBC and load table, tells every mistake, and runs nothing");
   command
       .add_option(
           "--can", options.buses,

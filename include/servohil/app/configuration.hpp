@@ -122,7 +122,7 @@ struct KeySetting {
 /// Reads `file` (or the default configuration when empty), applies `more` and then `settings` ("KEY=VALUE")
 /// in order, reads the load table, checks everything. Relative paths in the file are relative to the file, in
 /// `settings` to the current directory.
-/// @throws UsageError, one line: file, line, key, value and what would be right
+/// @throws UsageError, one line for each mistake: file, line, key, value and what would be right
 Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings,
                                 const std::vector<KeySetting>& more = {});
 /// The same for what stands in `file`.

@@ -11,6 +11,7 @@
 #include <list>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "requests.hpp"
@@ -34,6 +35,8 @@ class Server {
   void AddTo(std::vector<pollfd>& descriptors) const;
   /// An answer of the simulation is waited for: look again soon.
   bool Waits() const noexcept { return !asked_.empty(); }
+  /// From now on.
+  void Permit(Permissions permissions) { permissions_ = std::move(permissions); }
   /// Takes and answers what there is. Never blocks. @param now  the newest state
   void Serve(const Telemetry& now);
 
