@@ -39,10 +39,10 @@ struct Reception {
 
 /// The state of the wire.
 struct Line {
-  bool down = false;        ///< as if unplugged
-  double babble_hz = 0.0;   ///< frames that nobody asked for
+  bool down = false;       ///< as if unplugged
+  double babble_hz = 0.0;  ///< frames that nobody asked for
   std::uint32_t babble_id = 0;
-  double errors_hz = 0.0;   ///< error frames
+  double errors_hz = 0.0;  ///< error frames
 };
 
 /// The machine is away from its work.

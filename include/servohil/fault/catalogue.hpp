@@ -13,12 +13,12 @@
 namespace servohil::fault {
 
 struct ParameterSpec {
-  const char* name;  ///< "fraction"; null: there is no such parameter
-  const char* unit;  ///< empty where there is none; "of the signal": whatever that has
-  double minimum;    ///< inclusive
-  double maximum;
-  double preset;  ///< where none is given
-  const char* meaning;
+  const char* name = nullptr;  ///< "fraction"; null: there is no such parameter
+  const char* unit = "";       ///< empty where there is none
+  double minimum = 0.0;        ///< inclusive
+  double maximum = 0.0;
+  double preset = 0.0;  ///< where none is given
+  const char* meaning = "";
 };
 
 /// What a fault acts on.
@@ -47,12 +47,12 @@ enum class Needs : std::uint8_t {
 };
 
 struct Spec {
-  std::uint8_t id;   ///< the same for ever: recordings hold it
-  const char* name;  ///< "air_entrainment"
-  Part part;
-  std::array<ParameterSpec, kMostParameters> parameters;
-  const char* effect;  ///< one sentence
-  Act act;
+  std::uint8_t id = 0;         ///< the same for ever: recordings hold it
+  const char* name = nullptr;  ///< "air_entrainment"
+  Part part = Part::kOil;
+  std::array<ParameterSpec, kMostParameters> parameters{};
+  const char* effect = nullptr;  ///< one sentence
+  Act act = ParameterAct{nullptr};
   Needs needs = Needs::kNothing;
   bool varies = false;  ///< a ParameterAct that changes at each tick, not only while it ramps
   bool random = false;  ///< has a seed
@@ -82,7 +82,4 @@ struct Surroundings {
 
 /// Why the run does not have what the fault acts on; null where it has. Real-time safe.
 const char* Unsupported(const Spec& spec, const Surroundings& surroundings) noexcept;
-/// The same, as far as it is the model's matter.
-const char* Unsupported(const Spec& spec, const model::Parameters& unfaulted) noexcept;
-
 }  // namespace servohil::fault

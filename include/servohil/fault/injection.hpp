@@ -31,9 +31,9 @@ struct Trigger {
 /// A fault of the catalogue with its values and its time line: pulses, each of which rises from 0 to 1 in
 /// `ramp_ticks`, and falls in `ramp_out_ticks` once it has lasted for `for_ticks`.
 ///
-/// Without a period there is a pulse at each firing of the trigger, `times` of them: once a pulse is over, the
-/// next firing starts another (a condition must have been false in between). With a period the first firing
-/// starts a row of `times` pulses, the beginnings of which are `period_ticks` apart.
+/// Without a period there is a pulse at each firing of the trigger, `times` of them: once a pulse is over,
+/// the next firing starts another (a condition must have been false in between). With a period the first
+/// firing starts a row of `times` pulses, the beginnings of which are `period_ticks` apart.
 struct Injection {
   static constexpr std::uint8_t kEverything = 255;
 
@@ -50,10 +50,10 @@ struct Injection {
   std::uint32_t times = 1;         ///< 0: without end
 
   // What the run has made of it:
-  bool waits = false;          ///< for its trigger; whoever injects one with a trigger other than kTime sets it
-  bool was_true = false;       ///< kCondition: after the last tick
-  std::uint32_t fired = 0;     ///< firings so far; start_tick is then that of the last one
-  double held = 0.0;           ///< sensors: what was measured at the start of the pulse
+  bool waits = false;       ///< for its trigger; whoever injects one with a trigger other than kTime sets it
+  bool was_true = false;    ///< kCondition: after the last tick
+  std::uint32_t fired = 0;  ///< firings so far; start_tick is then that of the last one
+  double held = 0.0;        ///< sensors: what was measured at the start of the pulse
 
   /// Share of the fault that acts during `tick`: 0 to 1. Real-time safe.
   double ShareAt(std::uint64_t tick) const noexcept;

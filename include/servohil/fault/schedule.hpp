@@ -45,10 +45,10 @@ class Schedule {
   /// `tick` may differ from those of the tick before. Call once a tick, before it. Real-time safe.
   bool Advance(std::uint64_t tick) noexcept;
 
-  /// Whether Observe() has something to do after `tick`. Real-time safe.
-  bool Observes(std::uint64_t tick) const noexcept;
-  /// After `tick`: conditions that have come true start their faults with the next one; a sensor fault that
-  /// has begun holds what is measured. @param truth  all quantities. Real-time safe.
+  /// Whether Observe() has something to do. Real-time safe.
+  bool Observes() const noexcept;
+  /// After `tick`: conditions that have come true start their faults with the next one.
+  /// @param truth  all quantities. Real-time safe.
   void Observe(std::uint64_t tick, std::span<const double> truth) noexcept;
   /// Some fault waits for this frame. Real-time safe.
   bool WaitsForFrame(std::uint32_t id, bool extended) const noexcept;
@@ -62,6 +62,8 @@ class Schedule {
   const Injection* begin() const noexcept { return injections_.data(); }         // NOLINT: as in std
   const Injection* end() const noexcept { return injections_.data() + count_; }  // NOLINT: as in std
   std::size_t size() const noexcept { return count_; }                           // NOLINT: as in std
+  /// The same, for Sensors, which notes what they hold.
+  std::span<Injection> All() noexcept { return {injections_.data(), count_}; }
   /// How many act during `tick`. Real-time safe.
   std::size_t CountActive(std::uint64_t tick) const noexcept;
 
