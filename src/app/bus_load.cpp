@@ -14,7 +14,7 @@ std::vector<Contract::Load> Contract::BusLoad(int command_cycle_ms) const {
   };
   std::vector<Load> loads = {load(*command_, command_cycle_ms)};
   for (const Outgoing& outgoing : outgoing_) {
-    if (outgoing.cycle_ms != 0) loads.push_back(load(*outgoing.message, outgoing.cycle_ms));
+    loads.push_back(load(*outgoing.message, outgoing.cycle_ms));
   }
   return loads;
 }

@@ -61,8 +61,10 @@ int Main(int argc, char** argv) {
   AddReplayCommand(program, exit_status);
   AddSimulateCommand(program, exit_status);
   AddSteadyCommand(program, exit_status);
+#ifdef SERVOHIL_ANALYSIS
   AddLinearCommand(program, exit_status);
   AddThesisCommand(program, exit_status);
+#endif
   AddCheckCommand(program, exit_status);
   try {
     program.parse(argc, argv);

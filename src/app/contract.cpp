@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <span>
+#include <utility>
 
 #include "servohil/can/codec.hpp"
 #include "servohil/error.hpp"
@@ -17,65 +16,24 @@ constexpr const char* kCommandSignal = "P1_Demand";
 constexpr int kTicksPerMs = 10;
 constexpr int kClassicalBytes = 8;
 
-/// One emulator quantity that a signal may carry.
-struct Quantity {
-  const char* signal;
-  const char* unit;
-  double (*value)(const Telemetry&);
-};
-
-double Ms(std::int64_t ns) {
-  return static_cast<double>(ns) / 1e6;
-}
-
-using T = Telemetry;
-
-constexpr std::array kPositionQuantities = std::to_array<Quantity>({
-    {"X3", "in", [](const T& t) { return t.sample.state.x3_in; }},
-    {"V3", "in/s", [](const T& t) { return t.sample.state.v3_in_s; }},
-    {"Tick", "", [](const T& t) { return static_cast<double>(t.sample.tick & 0xFFFF'FFFFU); }},
-});
-constexpr std::array kPressureQuantities = std::to_array<Quantity>({
-    {"P1_Applied", "psi", [](const T& t) { return t.sample.p1_psi; }},
-    {"P3", "psi", [](const T& t) { return t.sample.state.p3_psi; }},
-    {"P4", "psi", [](const T& t) { return t.sample.state.p4_psi; }},
-    {"P8", "psi", [](const T& t) { return t.sample.state.p8_psi; }},
-});
-constexpr std::array kRelayQuantities = std::to_array<Quantity>({
-    {"X1", "in", [](const T& t) { return t.outputs.x1_in; }},
-    {"X2", "in", [](const T& t) { return t.outputs.x2_in; }},
-    {"X4", "in", [](const T& t) { return t.outputs.x4_in; }},
-    {"SubSteps", "", [](const T& t) { return static_cast<double>(t.sample.sub_steps); }},
-});
-constexpr std::array kStatusQuantities = std::to_array<Quantity>({
-    {"Mode", "", [](const T& t) { return static_cast<double>(t.status.mode); }},
-    {"TimingValid", "", [](const T& t) { return t.status.TimingValid() ? 1.0 : 0.0; }},
-    {"ModelFault", "", [](const T& t) { return t.sample.model_fault ? 1.0 : 0.0; }},
-    {"Stuck", "", [](const T& t) { return t.sample.state.mode.PistonRests() ? 1.0 : 0.0; }},
-    {"ActiveFaults", "", [](const T& t) { return static_cast<double>(t.status.active_faults); }},
-    {"Unresolved", "", [](const T& t) { return t.sample.unresolved_ticks > 0 ? 1.0 : 0.0; }},
-    {"LateTicks", "", [](const T& t) { return static_cast<double>(t.status.late.Total()); }},
-    {"WorstLateness", "ms", [](const T& t) { return Ms(t.status.worst_lateness_ns); }},
-    {"RecentLateness", "ms", [](const T& t) { return Ms(t.status.recent_lateness_ns); }},
-    {"CommandAge", "ms",
-     [](const T& t) {
-       return t.status.commanded ? static_cast<double>(t.status.command_age_ticks) / kTicksPerMs
-                                 : std::numeric_limits<double>::infinity();
-     }},
-});
-
 struct MessageSpecification {
   const char* name;
-  std::span<const Quantity> quantities;
+  std::span<const char* const> quantities;
   int PublishSettings::*cycle_ms;
 };
 
-/// In the order of enum Published.
-const std::array<MessageSpecification, kPublishedCount> kSpecifications = {{
-    {"SERVO_Position", kPositionQuantities, &PublishSettings::position_ms},
-    {"SERVO_Pressures", kPressureQuantities, &PublishSettings::pressures_ms},
-    {"SERVO_Relay", kRelayQuantities, &PublishSettings::relay_ms},
-    {"SERVO_Status", kStatusQuantities, &PublishSettings::status_ms},
+constexpr std::array kPosition = {"x3_in", "v3_in_s", "tick"};
+constexpr std::array kPressures = {"p1_psi", "p3_psi", "p4_psi", "p8_psi"};
+constexpr std::array kRelay = {"x1_in", "x2_in", "x4_in", "sub_steps"};
+constexpr std::array kStatus = {
+    "mode",       "timing_valid",      "model_fault",        "stuck",         "active_faults", "unresolved",
+    "late_ticks", "worst_lateness_ms", "recent_lateness_ms", "command_age_ms"};
+
+const std::array<MessageSpecification, 4> kSpecifications = {{
+    {"SERVO_Position", kPosition, &PublishSettings::position_ms},
+    {"SERVO_Pressures", kPressures, &PublishSettings::pressures_ms},
+    {"SERVO_Relay", kRelay, &PublishSettings::relay_ms},
+    {"SERVO_Status", kStatus, &PublishSettings::status_ms},
 }};
 
 std::string At(const can::Database& database, int line) {
@@ -102,27 +60,33 @@ Contract::Contract(can::Database database, const PublishSettings& publish)
       command_(&database_.RequireMessage(kCommandMessage)),
       p1_demand_(&database_.RequireSignal(*command_, kCommandSignal)) {
   CheckUnit(database_, *command_, *p1_demand_, "psi");
-  for (std::size_t i = 0; i < kPublishedCount; ++i) {
-    const MessageSpecification& specification = kSpecifications[i];
-    Outgoing& outgoing = outgoing_[i];
-    outgoing.cycle_ms = publish.*specification.cycle_ms;
-    if (outgoing.cycle_ms == 0) continue;
-    outgoing.message = &database_.RequireMessage(specification.name);
-    CheckSize(database_, *outgoing.message);
-    for (const can::Signal& signal : outgoing.message->signals) {
-      const auto quantity = std::find_if(specification.quantities.begin(), specification.quantities.end(),
-                                         [&](const Quantity& q) { return signal.name == q.signal; });
-      if (quantity == specification.quantities.end()) {
-        std::string known;
-        for (const Quantity& q : specification.quantities)
-          known += (known.empty() ? "" : ", ") + std::string(q.signal);
-        throw UsageError(At(database_, signal.line) + outgoing.message->name + "." + signal.name +
-                         " is no quantity of the emulator; this message may carry " + known);
-      }
-      CheckUnit(database_, *outgoing.message, signal, quantity->unit);
-      outgoing.fields.push_back({&signal, quantity->value});
-    }
+  for (const MessageSpecification& specification : kSpecifications) {
+    const int cycle_ms = publish.*specification.cycle_ms;
+    if (cycle_ms != 0)
+      Publish(database_.RequireMessage(specification.name), cycle_ms, specification.quantities);
   }
+}
+
+void Contract::Publish(const can::Message& message, int cycle_ms, std::span<const char* const> quantities) {
+  CheckSize(database_, message);
+  Outgoing outgoing{&message, {}, cycle_ms};
+  for (const can::Signal& signal : message.signals) {
+    const Quantity* const quantity = FindQuantity(signal.name);
+    const bool known =
+        quantity != nullptr && std::any_of(quantities.begin(), quantities.end(), [&](const char* name) {
+          return std::string_view(name) == quantity->name;
+        });
+    if (!known) {
+      std::string all;
+      for (const char* const name : quantities)
+        all += (all.empty() ? "" : ", ") + std::string(FindQuantity(name)->signal);
+      throw UsageError(At(database_, signal.line) + message.name + "." + signal.name +
+                       " is no quantity of the emulator; this message may carry " + all);
+    }
+    CheckUnit(database_, message, signal, quantity->unit);
+    outgoing.fields.push_back({&signal, quantity});
+  }
+  outgoing_.push_back(std::move(outgoing));
 }
 
 std::optional<Command> Contract::DecodeCommand(const can::Frame& frame,
@@ -145,19 +109,37 @@ std::optional<Command> Contract::DecodeCommand(const can::Frame& frame,
   return Command{p1_psi};
 }
 
-can::Frame Contract::Encode(Published which, const Telemetry& telemetry) const noexcept {
-  const Outgoing& outgoing = outgoing_[static_cast<std::size_t>(which)];
+can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry) const noexcept {
+  const Outgoing& outgoing = outgoing_[message];
   can::Frame frame;
   frame.id = outgoing.message->id;
   frame.extended = outgoing.message->extended;
   frame.size = static_cast<std::uint8_t>(outgoing.message->size_bytes);
   const std::span<std::uint8_t> data(frame.data.data(), frame.size);
-  for (const Field& field : outgoing.fields) can::Encode(*field.signal, field.value(telemetry), data);
+  for (const Field& field : outgoing.fields)
+    can::Encode(*field.signal, field.quantity->value(telemetry), data);
   return frame;
 }
 
-std::uint64_t Contract::CycleTicks(Published which) const noexcept {
-  return static_cast<std::uint64_t>(outgoing_[static_cast<std::size_t>(which)].cycle_ms) * kTicksPerMs;
+std::uint64_t Contract::CycleTicks(std::size_t message) const noexcept {
+  return static_cast<std::uint64_t>(outgoing_[message].cycle_ms) * kTicksPerMs;
+}
+
+std::array<std::uint64_t, kMostMessages> Contract::Cycles() const noexcept {
+  std::array<std::uint64_t, kMostMessages> cycles{};
+  for (std::size_t i = 0; i < MessageCount(); ++i) cycles[i] = CycleTicks(i);
+  return cycles;
+}
+
+MessageSet Contract::MessagesCarrying(std::string_view quantity) const noexcept {
+  const Quantity* const wanted = FindQuantity(quantity);
+  MessageSet set = 0;
+  for (std::size_t i = 0; i < MessageCount(); ++i) {
+    const auto& fields = outgoing_[i].fields;
+    if (std::any_of(fields.begin(), fields.end(), [&](const Field& f) { return f.quantity == wanted; }))
+      set |= SetOf(i);
+  }
+  return set;
 }
 
 }  // namespace servohil::app

@@ -2,10 +2,10 @@
 
 #include <sys/eventfd.h>
 #include <unistd.h>
-#include "servohil/app/ticks.hpp"
 
 #include <algorithm>
 
+#include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
 #include "servohil/rt/clock.hpp"
 
@@ -24,8 +24,8 @@ constexpr int kLookForRequestsMs = 2;  ///< in lockstep, where no tick does
 /// In lockstep each answer has every message, whatever its cycle.
 TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contract) {
   TaskOptions task = options.task;
-  for (std::size_t i = 0; i < kPublishedCount && options.clock == Clock::kReal; ++i)
-    task.cycle_ticks[i] = contract.CycleTicks(static_cast<Published>(i));
+  if (options.clock == Clock::kReal) task.cycle_ticks = contract.Cycles();
+  task.tell_lateness = contract.MessagesCarrying("recent_lateness_ms");
   return task;
 }
 

@@ -1,8 +1,8 @@
 #include "servohil/app/sender.hpp"
 
 #include <algorithm>
-#include "servohil/app/ticks.hpp"
 
+#include "servohil/app/ticks.hpp"
 #include "servohil/rt/clock.hpp"
 
 namespace servohil::app {
@@ -15,12 +15,12 @@ constexpr std::int64_t kRetryNs = 200'000;  // a full queue is asked again
 void Sender::SendWaiting(bool at_once) noexcept {
   Telemetry telemetry;
   while (task_.TryPopTelemetry(telemetry)) {
-    for (std::size_t i = 0; i < kPublishedCount; ++i) {
-      if (!telemetry.due[i]) continue;
+    for (std::size_t i = 0; i < waiting_.size(); ++i) {
+      if (!Has(telemetry.due, i)) continue;
       if (waiting_[i].due) {
         ++counters_.superseded;
-        // Lateness since the status before: the newer one tells that of the one it takes the place of, too.
-        if (static_cast<Published>(i) == Published::kStatus)
+        // Lateness since it was told before: the newer one tells that of the one it takes the place of, too.
+        if (Has(tell_lateness_, i))
           telemetry.status.recent_lateness_ns =
               std::max(telemetry.status.recent_lateness_ns, waiting_[i].telemetry.status.recent_lateness_ns);
       }
@@ -29,51 +29,49 @@ void Sender::SendWaiting(bool at_once) noexcept {
     }
   }
   const std::int64_t now_ns = rt::MonotonicNs();
-  for (std::size_t i = 0; i < kPublishedCount; ++i) {
-    const auto which = static_cast<Published>(i);
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
     if (!waiting_[i].due || (now_ns < waiting_[i].not_before_ns && !at_once)) continue;
     waiting_[i].due = false;
-    waiting_[i].not_before_ns = now_ns + static_cast<std::int64_t>(contract_.CycleTicks(which)) * kTickNs / 2;
-    Send(which, waiting_[i].telemetry);
+    waiting_[i].not_before_ns = now_ns + static_cast<std::int64_t>(contract_.CycleTicks(i)) * kTickNs / 2;
+    Send(i, waiting_[i].telemetry);
   }
 }
 
 void Sender::SendAll(const Telemetry& telemetry, const std::atomic<bool>& stop) noexcept {
-  for (std::size_t i = 0; i < kPublishedCount; ++i) {
-    const auto which = static_cast<Published>(i);
-    if (contract_.CycleTicks(which) == 0) continue;
-    const can::Frame frame = contract_.Encode(which, telemetry);
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    const can::Frame frame = contract_.Encode(i, telemetry);
     can::SendResult result = network_.Send(frame);
     while (result == can::SendResult::kQueueFull && !stop.load(std::memory_order_relaxed)) {
       rt::SleepUntil(rt::MonotonicNs() + kRetryNs);
       result = network_.Send(frame);
     }
-    Account(which, telemetry, frame, result);
+    Account(i, telemetry, frame, result);
   }
 }
 
 void Sender::SendStopped() noexcept {
-  if (contract_.CycleTicks(Published::kStatus) == 0) return;
   Telemetry last = task_.Now();
   last.status.mode = Mode::kStopped;
-  Send(Published::kStatus, last);
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    if (Has(tell_mode_, i)) Send(i, last);
+  }
 }
 
-void Sender::Send(Published which, const Telemetry& telemetry) noexcept {
-  const can::Frame frame = contract_.Encode(which, telemetry);
-  Account(which, telemetry, frame, network_.Send(frame));
+void Sender::Send(std::size_t message, const Telemetry& telemetry) noexcept {
+  const can::Frame frame = contract_.Encode(message, telemetry);
+  Account(message, telemetry, frame, network_.Send(frame));
 }
 
-void Sender::Account(Published which, const Telemetry& telemetry, const can::Frame& frame,
+void Sender::Account(std::size_t message, const Telemetry& telemetry, const can::Frame& frame,
                      can::SendResult result) noexcept {
   if (result != can::SendResult::kSent) {
     ++counters_.not_sent;
     return;
   }
   ++counters_.published;
-  if (recorder_ != nullptr) recorder_->RecordSent(telemetry.sample.tick, which, frame);
+  if (recorder_ != nullptr) recorder_->RecordSent(telemetry.sample.tick, message, frame);
   const std::int64_t arrival_ns = telemetry.status.command_arrival_ns;
-  if (which != Published::kPosition || arrival_ns <= last_arrival_ns_) return;
+  if (!Has(reflect_command_, message) || arrival_ns <= last_arrival_ns_) return;
   last_arrival_ns_ = arrival_ns;
   arrival_to_frame_.Record(rt::MonotonicNs() - arrival_ns);
 }

@@ -117,16 +117,15 @@ void SimulationTask::Tick() noexcept {
 }
 
 void SimulationTask::Publish(std::uint64_t tick) noexcept {
-  bool any = false;
-  for (std::size_t i = 0; i < kPublishedCount; ++i) {
-    now_.due[i] = options_.cycle_ticks[i] != 0 && tick % options_.cycle_ticks[i] == 0;
-    any = any || now_.due[i];
+  now_.due = 0;
+  for (std::size_t i = 0; i < kMostMessages && options_.cycle_ticks[i] != 0; ++i) {
+    if (tick % options_.cycle_ticks[i] == 0) now_.due |= SetOf(i);
   }
-  if (any) {
+  if (now_.due != 0) {
     now_.outputs = simulation_.Outputs();
     telemetry_.TryPush(now_);
   }
-  if (now_.due[static_cast<std::size_t>(Published::kStatus)]) now_.status.recent_lateness_ns = 0;
+  if ((now_.due & options_.tell_lateness) != 0) now_.status.recent_lateness_ns = 0;
 }
 
 void SimulationTask::TakeDueSnapshots() noexcept {

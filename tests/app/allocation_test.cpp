@@ -133,7 +133,7 @@ TEST(Allocations, AreNoneWhereATickIsRecorded) {
   const testing::Scratch scratch;
   const testing::DefaultSetup setup;
   Recorder recorder(scratch / "run", AttributesOf(setup), setup.contract);
-  const can::Frame frame = setup.contract.Encode(Published::kPosition, {});
+  const can::Frame frame = setup.contract.Encode(testing::kPosition, {});
   Telemetry telemetry;
   const long before = allocations_of_this_thread;
   while (!recorder.Incomplete()) {  // more than the ring holds
@@ -141,7 +141,7 @@ TEST(Allocations, AreNoneWhereATickIsRecorded) {
     recorder.RecordInfluence({telemetry.sample.tick, {}});
     recorder.RecordTick(telemetry);
     recorder.RecordReceived(frame, 0);
-    recorder.RecordSent(telemetry.sample.tick, Published::kPosition, frame);
+    recorder.RecordSent(telemetry.sample.tick, testing::kPosition, frame);
   }
   EXPECT_EQ(allocations_of_this_thread, before);
 }

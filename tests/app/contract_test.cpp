@@ -24,7 +24,7 @@ TEST(Contract, EncodesAWorkedFrame) {
   t.sample.tick = 0x01020304;
   t.sample.state.x3_in = 4.0;
   t.sample.state.v3_in_s = -1.5;
-  const can::Frame frame = setup.contract.Encode(Published::kPosition, t);
+  const can::Frame frame = setup.contract.Encode(testing::kPosition, t);
   EXPECT_EQ(frame.id, 0x200U);
   EXPECT_FALSE(frame.extended);
   ASSERT_EQ(frame.size, 8);

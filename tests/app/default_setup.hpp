@@ -8,6 +8,9 @@
 
 namespace servohil::app::testing {
 
+/// Numbers of the messages that the default configuration publishes.
+enum : std::size_t { kPosition, kPressures, kRelay, kStatus, kMessageCount };
+
 inline constexpr const char* kConfigurationFile = SERVOHIL_CONFIG_DIR "/servohil.toml";
 
 struct DefaultSetup {
@@ -20,8 +23,8 @@ struct DefaultSetup {
   TaskOptions Options() const {
     TaskOptions options;
     options.loop = configuration.loop;
-    for (std::size_t i = 0; i < kPublishedCount; ++i)
-      options.cycle_ticks[i] = contract.CycleTicks(static_cast<Published>(i));
+    options.cycle_ticks = contract.Cycles();
+    options.tell_lateness = contract.MessagesCarrying("recent_lateness_ms");
     return options;
   }
 

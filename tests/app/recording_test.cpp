@@ -379,7 +379,7 @@ TEST(Recording, HoldsWhatTheFramesCarry) {
   telemetry.sample.tick = 100;
   telemetry.sample.state.x3_in = 4.00007;
   telemetry.sample.state.v3_in_s = -1.5;
-  recorder.RecordSent(100, Published::kPosition, setup.contract.Encode(Published::kPosition, telemetry));
+  recorder.RecordSent(100, testing::kPosition, setup.contract.Encode(testing::kPosition, telemetry));
   recorder.Finish(kEnd);
   EXPECT_EQ(ReadColumn(scratch / "run", "published/SERVO_Position/tick"), std::vector{100.0});
   EXPECT_EQ(ReadColumn(scratch / "run", "published/SERVO_Position/X3"), std::vector{25'000 * 0.0002 - 1.0});
@@ -435,8 +435,8 @@ TEST(Recording, TakesFromThreeThreadsAtOnce) {
     for (std::uint64_t i = 0; i < kFrames; ++i) recorder.RecordReceived(frame, 0);
   });
   std::thread sender([&] {
-    const can::Frame frame = setup.contract.Encode(Published::kStatus, {});
-    for (std::uint64_t i = 0; i < kFrames; ++i) recorder.RecordSent(i, Published::kStatus, frame);
+    const can::Frame frame = setup.contract.Encode(testing::kStatus, {});
+    for (std::uint64_t i = 0; i < kFrames; ++i) recorder.RecordSent(i, testing::kStatus, frame);
   });
   simulation.join();
   receiver.join();

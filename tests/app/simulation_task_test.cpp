@@ -33,18 +33,19 @@ TEST(SimulationTask, PublishesEachMessageAtItsCycleWhateverTheWakePeriod) {
     const testing::DefaultSetup setup({std::string("loop.wake_ticks=") + wake_ticks});
     SimulationTask task(setup.configuration.model, setup.start, setup.Options());
     const rt::LoopTiming in_time;
-    std::array<int, kPublishedCount> published{};
+    std::array<int, testing::kMessageCount> published{};
     Telemetry t;
     while (task.Now().sample.tick < 10'000) {
       task.Wake(in_time);
       while (task.TryPopTelemetry(t)) {
-        for (std::size_t i = 0; i < kPublishedCount; ++i) {
-          if (t.due[i] && t.sample.tick <= 10'000) ++published[i];
+        for (std::size_t i = 0; i < testing::kMessageCount; ++i) {
+          if (Has(t.due, i) && t.sample.tick <= 10'000) ++published[i];
         }
       }
     }
     // 1 s: 10 ms, 10 ms, 100 ms, 100 ms.
-    EXPECT_EQ(published, (std::array<int, kPublishedCount>{100, 100, 10, 10})) << "wake_ticks " << wake_ticks;
+    EXPECT_EQ(published, (std::array<int, testing::kMessageCount>{100, 100, 10, 10}))
+        << "wake_ticks " << wake_ticks;
     EXPECT_EQ(task.TelemetryDropped(), 0U);
   }
 }
@@ -82,7 +83,7 @@ TEST(SimulationTask, RecentLatenessIsThatSinceTheStatusBefore) {
     task.Wake(timing);
     Telemetry t;
     while (task.TryPopTelemetry(t)) {
-      if (t.due[static_cast<std::size_t>(Published::kStatus)]) told.push_back(t.status.recent_lateness_ns);
+      if (Has(t.due, testing::kStatus)) told.push_back(t.status.recent_lateness_ns);
     }
   }
   EXPECT_EQ(told, (std::vector<std::int64_t>{700'000, 300'000, 1'000}));
@@ -135,7 +136,8 @@ TEST(SimulationTask, PastTheLimitFreezeHoldsTheStateAndGoesOnPublishing) {
   EXPECT_EQ(task.Now().status.mode, Mode::kFrozen);
   Telemetry t;
   int positions = 0;
-  while (task.TryPopTelemetry(t)) positions += t.due[0] && t.status.mode == Mode::kFrozen ? 1 : 0;
+  while (task.TryPopTelemetry(t))
+    positions += Has(t.due, testing::kPosition) && t.status.mode == Mode::kFrozen ? 1 : 0;
   EXPECT_EQ(positions, 3) << "32 ms of a 10 ms cycle";
   int wakes = 1;
   while (task.Wake(in_time)) ++wakes;

@@ -2,12 +2,17 @@
 /// The DBC file bound to the emulator's quantities: which frame carries the command, and what goes into which
 /// signal of the published ones. No id, scale or offset is compiled in.
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "servohil/app/configuration.hpp"
+#include "servohil/app/quantity.hpp"
 #include "servohil/app/telemetry.hpp"
 #include "servohil/can/dbc.hpp"
 #include "servohil/can/frame.hpp"
@@ -33,14 +38,18 @@ class Contract {
   std::optional<Command> DecodeCommand(const can::Frame& frame, CommandRejection& rejection) const noexcept;
 
   /// Frame of one published message. Values that its signals cannot hold saturate.
-  can::Frame Encode(Published which, const Telemetry& telemetry) const noexcept;
+  can::Frame Encode(std::size_t message, const Telemetry& telemetry) const noexcept;
 
-  /// Layout of one published message; null: never sent.
-  const can::Message* MessageOf(Published which) const noexcept {
-    return outgoing_[static_cast<std::size_t>(which)].message;
-  }
-  /// Cycle time in ticks; 0: never.
-  std::uint64_t CycleTicks(Published which) const noexcept;
+  /// How many messages are published, at most kMostMessages: numbers 0 to MessageCount() - 1.
+  std::size_t MessageCount() const noexcept { return outgoing_.size(); }
+  /// Layout of one published message.
+  const can::Message& MessageOf(std::size_t message) const noexcept { return *outgoing_[message].message; }
+  /// Cycle time of one published message in ticks.
+  std::uint64_t CycleTicks(std::size_t message) const noexcept;
+  /// Those of all.
+  std::array<std::uint64_t, kMostMessages> Cycles() const noexcept;
+  /// The messages that carry the quantity of this name. @pre there is one
+  MessageSet MessagesCarrying(std::string_view quantity) const noexcept;
 
   /// One line per message that this run sends or receives, with its share of the bus.
   struct Load {
@@ -53,7 +62,7 @@ class Contract {
  private:
   struct Field {
     const can::Signal* signal;
-    double (*value)(const Telemetry&);
+    const Quantity* quantity;
   };
   struct Outgoing {
     const can::Message* message = nullptr;
@@ -61,10 +70,12 @@ class Contract {
     int cycle_ms = 0;
   };
 
+  void Publish(const can::Message& message, int cycle_ms, std::span<const char* const> quantities);
+
   can::Database database_;
   const can::Message* command_;
   const can::Signal* p1_demand_;
-  std::array<Outgoing, kPublishedCount> outgoing_;
+  std::vector<Outgoing> outgoing_;
 };
 
 /// Longest time on the bus, in bits, of a classical frame with `size_bytes` of data: worst-case stuffing and

@@ -1,9 +1,10 @@
 #pragma once
 /// Frames out.
 
-#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "servohil/app/contract.hpp"
 #include "servohil/app/recording/recorder.hpp"
@@ -24,8 +25,15 @@ struct SendCounters {
 class Sender {
  public:
   /// All must outlive it; `recorder` may be null.
-  Sender(const Contract& contract, SimulationTask& task, can::Network& network, Recorder* recorder) noexcept
-      : contract_(contract), task_(task), network_(network), recorder_(recorder) {}
+  Sender(const Contract& contract, SimulationTask& task, can::Network& network, Recorder* recorder)
+      : contract_(contract),
+        task_(task),
+        network_(network),
+        recorder_(recorder),
+        waiting_(contract.MessageCount()),
+        reflect_command_(contract.MessagesCarrying("x3_in")),
+        tell_lateness_(contract.MessagesCarrying("recent_lateness_ms")),
+        tell_mode_(contract.MessagesCarrying("mode")) {}
 
   /// Real time: of several states that wait, only the newest of each message is sent, and no two closer than
   /// half its cycle: after a delay the bus gets the present, not a burst of the past.
@@ -33,21 +41,21 @@ class Sender {
   /// The same at the end: whatever waits, at once.
   void SendRest() noexcept { SendWaiting(true); }
 
-  /// Lockstep: every message that has a cycle, with this state; a full queue is waited for until `stop`.
+  /// Lockstep: every message, with this state; a full queue is waited for until `stop`.
   void SendAll(const Telemetry& telemetry, const std::atomic<bool>& stop) noexcept;
 
-  /// Status with mode STOPPED.
+  /// Every message that carries the mode, which is STOPPED.
   void SendStopped() noexcept;
 
   /// Any thread.
   const SendCounters& Counters() const noexcept { return counters_; }
-  /// From the arrival of a command's frame to the first SERVO_Position that reflects it. Any thread.
+  /// From the arrival of a command's frame to the first frame with a position that reflects it. Any thread.
   const rt::LatencyHistogram& ArrivalToFrame() const noexcept { return arrival_to_frame_; }
 
  private:
   void SendWaiting(bool at_once) noexcept;
-  void Send(Published which, const Telemetry& telemetry) noexcept;
-  void Account(Published which, const Telemetry& telemetry, const can::Frame& frame,
+  void Send(std::size_t message, const Telemetry& telemetry) noexcept;
+  void Account(std::size_t message, const Telemetry& telemetry, const can::Frame& frame,
                can::SendResult result) noexcept;
 
   const Contract& contract_;
@@ -60,7 +68,10 @@ class Sender {
     std::int64_t not_before_ns = 0;
     Telemetry telemetry;
   };
-  std::array<Waiting, kPublishedCount> waiting_;
+  std::vector<Waiting> waiting_;      ///< of each message
+  const MessageSet reflect_command_;  ///< carry the position
+  const MessageSet tell_lateness_;
+  const MessageSet tell_mode_;
   std::int64_t last_arrival_ns_ = 0;  ///< of the newest command that was reflected
   rt::LatencyHistogram arrival_to_frame_;
   SendCounters counters_;

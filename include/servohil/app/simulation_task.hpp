@@ -29,10 +29,11 @@ struct Snapshot {
 
 struct TaskOptions {
   LoopSettings loop;
-  std::array<std::uint64_t, kPublishedCount> cycle_ticks{};  ///< of each message that is published; 0: never
-  std::uint64_t duration_ticks = 0;                          ///< of this run; 0: without end
-  std::vector<std::uint64_t> snapshot_ticks;                 ///< rising
-  Recorder* recorder = nullptr;  ///< must outlive the task; none: nothing is recorded
+  std::array<std::uint64_t, kMostMessages> cycle_ticks{};  ///< of each message that is published; 0: never
+  MessageSet tell_lateness = 0;      ///< messages that carry the worst lateness since they did so before
+  std::uint64_t duration_ticks = 0;  ///< of this run; 0: without end
+  std::vector<std::uint64_t> snapshot_ticks;  ///< rising
+  Recorder* recorder = nullptr;               ///< must outlive the task; none: nothing is recorded
 };
 
 class SimulationTask {

@@ -1,7 +1,6 @@
 #pragma once
 /// What the simulation thread tells the others: plain structs that cross threads.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -51,15 +50,22 @@ struct Status {
   bool TimingValid() const noexcept { return late.Total() == 0; }
 };
 
-/// Messages that the emulator publishes, in the order of their table in contract.cpp.
-enum class Published : std::uint8_t { kPosition, kPressures, kRelay, kStatus };
-inline constexpr std::size_t kPublishedCount = 4;
+/// Messages that the emulator publishes, as numbers: the contract has their list.
+inline constexpr std::size_t kMostMessages = 32;
+/// Some of them: bit i is message i.
+using MessageSet = std::uint32_t;
+inline constexpr MessageSet SetOf(std::size_t message) noexcept {
+  return MessageSet{1} << message;
+}
+inline constexpr bool Has(MessageSet set, std::size_t message) noexcept {
+  return (set >> message & 1U) != 0;
+}
 
 struct Telemetry {
   Sample sample;
   Status status;
   model::Outputs outputs{};  ///< at a tick where something is due, and after the last of a run of ticks
-  std::array<bool, kPublishedCount> due{};  ///< messages whose cycle ends at this tick
+  MessageSet due = 0;        ///< messages whose cycle ends at this tick
 };
 
 }  // namespace servohil::app

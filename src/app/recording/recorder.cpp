@@ -70,8 +70,8 @@ struct LoggedFrame {
   can::Frame frame;
   std::int64_t time_ns = 0;
   std::uint64_t tick = 0;
-  std::optional<std::size_t> bus;          ///< received on it; nothing: sent, on all
-  Published which = Published::kPosition;  ///< sent
+  std::optional<std::size_t> bus;  ///< received on it; nothing: sent, on all
+  std::size_t message = 0;         ///< sent
 };
 
 constexpr std::size_t kRecordedStreams = 4;
@@ -110,10 +110,10 @@ class Recorder::Writer {
   void RecordReceived(const can::Frame& frame, std::size_t bus) noexcept {
     const std::int64_t time_ns = frame.receive_time_ns != 0 ? frame.receive_time_ns : rt::RealTimeNs();
     const std::uint64_t tick = newest_tick_.load(std::memory_order_relaxed);
-    Push(received_, tick, LoggedFrame{frame, time_ns, tick, bus, {}});
+    Push(received_, tick, LoggedFrame{frame, time_ns, tick, bus, 0});
   }
-  void RecordSent(std::uint64_t tick, Published which, const can::Frame& frame) noexcept {
-    Push(sent_, tick, LoggedFrame{frame, rt::RealTimeNs(), tick, {}, which});
+  void RecordSent(std::uint64_t tick, std::size_t message, const can::Frame& frame) noexcept {
+    Push(sent_, tick, LoggedFrame{frame, rt::RealTimeNs(), tick, {}, message});
   }
 
   bool Incomplete() const noexcept {
@@ -248,7 +248,7 @@ void Recorder::Writer::WriteRound() {
   for (const Influence& influence : round_influences_) file_.Add(influence, now_ns);
   for (const Telemetry& sample : round_samples_) file_.Add(sample, now_ns);
   for (const LoggedFrame& frame : round_sent_)
-    file_.AddPublished(frame.tick, frame.which, frame.frame, now_ns);
+    file_.AddPublished(frame.tick, frame.message, frame.frame, now_ns);
   to_log_.insert(to_log_.end(), round_received_.begin(), round_received_.end());
   to_log_.insert(to_log_.end(), round_sent_.begin(), round_sent_.end());
   LogUntil(rt::RealTimeNs() - kMergeWindowNs);
@@ -378,8 +378,8 @@ void Recorder::RecordReceived(const can::Frame& frame, std::size_t bus) noexcept
   writer_->RecordReceived(frame, bus);
 }
 
-void Recorder::RecordSent(std::uint64_t tick, Published which, const can::Frame& frame) noexcept {
-  writer_->RecordSent(tick, which, frame);
+void Recorder::RecordSent(std::uint64_t tick, std::size_t message, const can::Frame& frame) noexcept {
+  writer_->RecordSent(tick, message, frame);
 }
 
 bool Recorder::Incomplete() const noexcept {

@@ -148,13 +148,10 @@ void RecordingFile::CreateTables(const Contract& contract, std::uint64_t every_t
       TickColumn("of the first one lost; of received frames about"),
       {"lost", "", "how many", TableColumn::Type::kUnsigned64}};
   gaps_.emplace(*file_, "gaps", gap, kSmallestChunkRows, name_);
-  for (std::size_t i = 0; i < kPublishedCount; ++i) {
-    const auto which = static_cast<Published>(i);
-    const can::Message* message = contract.MessageOf(which);
-    if (message == nullptr) continue;
-    published_[i].emplace(
-        PublishedTable{*message, TableWriter(*file_, "published/" + message->name, PublishedColumns(*message),
-                                             ChunkRows(contract.CycleTicks(which)), name_)});
+  for (std::size_t i = 0; i < contract.MessageCount(); ++i) {
+    const can::Message& message = contract.MessageOf(i);
+    published_.push_back({message, TableWriter(*file_, "published/" + message.name, PublishedColumns(message),
+                                               ChunkRows(contract.CycleTicks(i)), name_)});
   }
 }
 
@@ -202,15 +199,15 @@ void RecordingFile::Add(const RecordingGap& gap, std::int64_t now_ns) {
   EndRow(*gaps_, now_ns);
 }
 
-void RecordingFile::AddPublished(std::uint64_t tick, Published which, const can::Frame& frame,
+void RecordingFile::AddPublished(std::uint64_t tick, std::size_t message, const can::Frame& frame,
                                  std::int64_t now_ns) {
-  auto& published = published_[static_cast<std::size_t>(which)];
-  if (!published || frame.size < published->message.size_bytes) return;
-  published->table.Put(0, tick);
+  auto& published = published_[message];
+  if (frame.size < published.message.size_bytes) return;
+  published.table.Put(0, tick);
   std::size_t column = 1;
-  for (const can::Signal& signal : published->message.signals)
-    published->table.Put(column++, can::Decode(signal, {frame.data.data(), frame.size}));
-  EndRow(published->table, now_ns);
+  for (const can::Signal& signal : published.message.signals)
+    published.table.Put(column++, can::Decode(signal, {frame.data.data(), frame.size}));
+  EndRow(published.table, now_ns);
 }
 
 void RecordingFile::EndRow(TableWriter& table, std::int64_t now_ns) {
@@ -251,9 +248,7 @@ void RecordingFile::Write(std::int64_t now_ns, bool all) {
 
 std::vector<TableWriter*> RecordingFile::OtherTables() {
   std::vector<TableWriter*> tables{&*influences_, &*gaps_};
-  for (auto& published : published_) {
-    if (published) tables.push_back(&published->table);
-  }
+  for (auto& published : published_) tables.push_back(&published.table);
   return tables;
 }
 
@@ -264,7 +259,7 @@ void RecordingFile::Abandon() noexcept {
 }
 
 void RecordingFile::Close(const std::optional<RecordingEnd>& end, const RecordingReport& report) {
-  for (auto& published : published_) published.reset();
+  published_.clear();
   samples_.reset();
   influences_.reset();
   gaps_.reset();

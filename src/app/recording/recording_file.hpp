@@ -4,7 +4,6 @@
 /// Single-writer-multiple-reader mode: every dataset exists before the first sample, and whoever opens the
 /// file at any moment finds it consistent. Errors are EnvironmentErrors.
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -30,7 +29,7 @@ class RecordingFile {
   void Add(const Telemetry& telemetry, std::int64_t now_ns);
   void Add(const Influence& influence, std::int64_t now_ns);
   void Add(const RecordingGap& gap, std::int64_t now_ns);
-  void AddPublished(std::uint64_t tick, Published which, const can::Frame& frame, std::int64_t now_ns);
+  void AddPublished(std::uint64_t tick, std::size_t message, const can::Frame& frame, std::int64_t now_ns);
   /// @param bus  of all of them, when nothing
   void AddToLog(std::int64_t time_ns, std::optional<std::size_t> bus, const can::Frame& frame);
 
@@ -65,7 +64,7 @@ class RecordingFile {
     can::Message message;
     TableWriter table;
   };
-  std::array<std::optional<PublishedTable>, kPublishedCount> published_;
+  std::vector<PublishedTable> published_;
   std::uint64_t frames_ = 0;          ///< in the log
   std::uint64_t pending_frames_ = 0;  ///< on their way there
   bool flush_due_ = false;

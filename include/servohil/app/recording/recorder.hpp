@@ -67,7 +67,7 @@ class Recorder {
   /// Receiver thread. Wait-free, real-time safe. @param bus  index into RecordingAttributes::buses
   void RecordReceived(const can::Frame& frame, std::size_t bus) noexcept;
   /// Sender thread. Wait-free, real-time safe. @param tick  whose state the frame carries
-  void RecordSent(std::uint64_t tick, Published which, const can::Frame& frame) noexcept;
+  void RecordSent(std::uint64_t tick, std::size_t message, const can::Frame& frame) noexcept;
 
   /// Any thread: something has been lost.
   bool Incomplete() const noexcept;

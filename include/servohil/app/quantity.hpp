@@ -1,0 +1,26 @@
+#pragma once
+/// What the emulator knows of itself, as numbers: what a signal may carry, a sensor measure, a condition ask
+/// for. One table.
+
+#include <span>
+#include <string_view>
+
+#include "servohil/app/telemetry.hpp"
+
+namespace servohil::app {
+
+struct Quantity {
+  const char* name;    ///< with its unit: "x3_in"
+  const char* signal;  ///< of servohil's own DBC: "X3"
+  const char* unit;    ///< "in"; empty where there is none
+  const char* meaning;
+  double (*value)(const Telemetry&);
+};
+
+/// All there are. The order stays the same during a run.
+std::span<const Quantity> Quantities() noexcept;
+
+/// By its name or its signal's; null: there is none.
+const Quantity* FindQuantity(std::string_view name) noexcept;
+
+}  // namespace servohil::app

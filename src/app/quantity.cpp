@@ -1,0 +1,81 @@
+#include "servohil/app/quantity.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace servohil::app {
+namespace {
+
+using T = Telemetry;
+
+constexpr double kTicksPerMs = 10.0;
+
+double Ms(std::int64_t ns) noexcept {
+  return static_cast<double>(ns) / 1e6;
+}
+
+double CommandAgeMs(const T& t) noexcept {
+  return t.status.commanded ? static_cast<double>(t.status.command_age_ticks) / kTicksPerMs
+                            : std::numeric_limits<double>::infinity();
+}
+
+constexpr std::array kQuantities = std::to_array<Quantity>({
+    {"x3_in", "X3", "in", "Piston position, upward opens the steam valves",
+     [](const T& t) { return t.sample.state.x3_in; }},
+    {"v3_in_s", "V3", "in/s", "Piston velocity", [](const T& t) { return t.sample.state.v3_in_s; }},
+    {"tick", "Tick", "", "Simulated time in ticks of 0.1 ms since the start, modulo 2^32",
+     [](const T& t) { return static_cast<double>(t.sample.tick & 0xFFFF'FFFFU); }},
+    {"p1_psi", "P1_Applied", "psi", "Control oil pressure that the model used, gauge",
+     [](const T& t) { return t.sample.p1_psi; }},
+    {"p3_psi", "P3", "psi", "Pressure under the servomotor piston, gauge",
+     [](const T& t) { return t.sample.state.p3_psi; }},
+    {"p4_psi", "P4", "psi", "Pressure above the relay plunger, gauge",
+     [](const T& t) { return t.sample.state.p4_psi; }},
+    {"p8_psi", "P8", "psi",
+     "Pressure in the stabilizer's oil chamber, gauge; P3 where there is no stabilizer",
+     [](const T& t) { return t.sample.state.p8_psi; }},
+    {"x1_in", "X1", "in", "Relay piston", [](const T& t) { return t.outputs.x1_in; }},
+    {"x2_in", "X2", "in", "Relay plunger", [](const T& t) { return t.outputs.x2_in; }},
+    {"x4_in", "X4", "in", "Relay bushing (feedback from the cam)",
+     [](const T& t) { return t.outputs.x4_in; }},
+    {"sub_steps", "SubSteps", "", "Integration steps that the newest tick of 0.1 ms took; 0: at rest",
+     [](const T& t) { return static_cast<double>(t.sample.sub_steps); }},
+    {"mode", "Mode", "", "State of the emulator",
+     [](const T& t) { return static_cast<double>(t.status.mode); }},
+    {"timing_valid", "TimingValid", "", "1 while no tick was late since the start; latched at 0",
+     [](const T& t) { return t.status.TimingValid() ? 1.0 : 0.0; }},
+    {"model_fault", "ModelFault", "",
+     "1 once the model left its domain; the values are then the last good ones",
+     [](const T& t) { return t.sample.model_fault ? 1.0 : 0.0; }},
+    {"stuck", "Stuck", "", "1 while Coulomb friction holds the piston",
+     [](const T& t) { return t.sample.state.mode.PistonRests() ? 1.0 : 0.0; }},
+    {"active_faults", "ActiveFaults", "", "Number of injected faults that act now",
+     [](const T& t) { return static_cast<double>(t.status.active_faults); }},
+    {"unresolved", "Unresolved", "", "1 once a tick needed more integration steps than are allowed; latched",
+     [](const T& t) { return t.sample.unresolved_ticks > 0 ? 1.0 : 0.0; }},
+    {"late_ticks", "LateTicks", "",
+     "Ticks that began a wake period or more after their deadline, since the start",
+     [](const T& t) { return static_cast<double>(t.status.late.Total()); }},
+    {"worst_lateness_ms", "WorstLateness", "ms", "Worst lateness of a wake-up since the start",
+     [](const T& t) { return Ms(t.status.worst_lateness_ns); }},
+    {"recent_lateness_ms", "RecentLateness", "ms", "Worst lateness of a wake-up since it was told before",
+     [](const T& t) { return Ms(t.status.recent_lateness_ns); }},
+    {"command_age_ms", "CommandAge", "ms", "Time since the newest valid command; none yet: infinite",
+     CommandAgeMs},
+});
+
+}  // namespace
+
+std::span<const Quantity> Quantities() noexcept {
+  return kQuantities;
+}
+
+const Quantity* FindQuantity(std::string_view name) noexcept {
+  const auto* const found = std::find_if(kQuantities.begin(), kQuantities.end(), [&](const Quantity& q) {
+    return name == q.name || name == q.signal;
+  });
+  return found == kQuantities.end() ? nullptr : found;
+}
+
+}  // namespace servohil::app
