@@ -17,6 +17,12 @@ void ForEachActing(const Schedule& schedule, std::uint64_t tick, Apply&& apply) 
 
 }  // namespace
 
+bool ActsOnPublished(const Schedule& schedule, std::uint64_t tick) noexcept {
+  bool acts = false;
+  ForEachActing<TransmitAct>(schedule, tick, [&](TransmitAct, const Injection&, double) { acts = true; });
+  return acts;
+}
+
 Transmission FateOfPublished(const Schedule& schedule, std::uint8_t message, std::uint64_t tick) noexcept {
   Transmission fate;
   ForEachActing<TransmitAct>(schedule, tick, [&](TransmitAct act, const Injection& injection, double share) {

@@ -29,12 +29,14 @@ struct Transmission {
   std::uint8_t flipped_bits = 0;  ///< of its data: as many, chosen by
   std::uint64_t flip_key = 0;
   std::uint32_t delay_ticks = 0;
+  friend bool operator==(const Transmission&, const Transmission&) = default;
 };
 
 /// What becomes of a frame that arrives.
 struct Reception {
   bool lost = false;
   std::uint32_t delay_ticks = 0;
+  friend bool operator==(const Reception&, const Reception&) = default;
 };
 
 /// The state of the wire.

@@ -10,6 +10,8 @@
 
 namespace servohil::fault {
 
+/// Whether any fault acts on frames that are published at `tick`. Real-time safe.
+bool ActsOnPublished(const Schedule& schedule, std::uint64_t tick) noexcept;
 /// Of the frame of a message that is published at `tick`. Real-time safe.
 Transmission FateOfPublished(const Schedule& schedule, std::uint8_t message, std::uint64_t tick) noexcept;
 /// Of the frame that arrives after `tick` as the `number`-th of the run. Real-time safe.
