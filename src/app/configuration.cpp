@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <sstream>
 
@@ -20,14 +22,17 @@ std::string Number(double value) {
   return out.str();
 }
 
-/// A value as one line, whatever it holds.
+/// One line, whatever a file has put into it.
+std::string OneLine(std::string text) {
+  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == '\x7f'; };
+  std::replace_if(text.begin(), text.end(), is_control, ' ');
+  return text;
+}
+
 std::string Shown(const toml::node& node) {
   std::ostringstream out;
   node.visit([&](const auto& value) { out << value; });
-  std::string text = out.str();
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
+  return out.str();
 }
 
 /// For `--set`: numbers that TOML writes otherwise (.15, 1e-3 is fine), else a text without its quotes.
@@ -41,12 +46,10 @@ toml::table FromBareText(const std::string& text) {
 /// Reads one source after the other into a configuration, remembering where each key was set.
 class Loader {
  public:
-  void ReadFile(const std::filesystem::path& file) {
-    if (!std::filesystem::exists(file) || std::filesystem::is_directory(file)) {
-      throw UsageError(file.string() + ": there is no such file");
-    }
+  /// @param text  what stands in `file`
+  void ReadText(std::string_view text, const std::filesystem::path& file) {
     try {
-      const toml::table table = toml::parse_file(file.string());
+      const toml::table table = toml::parse(text, file.string());
       Read(table, "", file.string(), file.parent_path());
     } catch (const toml::parse_error& error) {
       const auto line = error.source().begin.line;
@@ -243,11 +246,22 @@ std::filesystem::path DefaultConfigurationFile() {
 
 Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings) {
   const std::filesystem::path source = file.empty() ? DefaultConfigurationFile() : file;
+  std::ifstream in(source, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (!in || std::filesystem::is_directory(source))
+    throw UsageError(source.string() + ": there is no such file");
+  return ParseConfiguration(text, source, settings);
+}
+
+Configuration ParseConfiguration(std::string_view text, const std::filesystem::path& file,
+                                 const std::vector<std::string>& settings) try {
   Loader loader;
-  loader.UseDefaultsBeside(source);
-  loader.ReadFile(source);
+  loader.UseDefaultsBeside(file);
+  loader.ReadText(text, file);
   for (const std::string& setting : settings) loader.Apply(setting);
   return loader.Finish();
+} catch (const UsageError& error) {
+  throw UsageError(OneLine(error.what()));
 }
 
 }  // namespace servohil::app

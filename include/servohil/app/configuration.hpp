@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -115,6 +116,9 @@ inline std::span<const char* const> NamesOf(Overrun) {
 /// the current directory.
 /// @throws UsageError, one line: file, line, key, value and what would be right
 Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings);
+/// The same for what stands in `file`.
+Configuration ParseConfiguration(std::string_view text, const std::filesystem::path& file,
+                                 const std::vector<std::string>& settings);
 
 /// The configuration that applies without -c: ./config/servohil.toml, else the installed one beside the
 /// program.

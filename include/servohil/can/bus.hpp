@@ -22,6 +22,7 @@ namespace servohil::can {
 struct WantedId {
   std::uint32_t id = 0;
   bool extended = false;
+  std::uint32_t mask = 0x1FFF'FFFF;  ///< bits of the identifier that count
 };
 
 struct BusOptions {

@@ -10,10 +10,12 @@
 #include <filesystem>
 #include <list>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "requests.hpp"
 #include "servohil/app/emulator.hpp"
+#include "servohil/app/telemetry.hpp"
 
 namespace servohil::app::control {
 
@@ -55,7 +57,9 @@ class Server {
   void AcceptWhoCame();
   static void Refuse(int fd);
   void Read(Client& client);
-  void TakeLine(Client& client, const std::string& line);
+  void TakeLine(Client& client, std::string_view line);
+  nlohmann::json AnswerTo(Question question);
+  void Ask(Client& client, std::string id, Request request);
   void TakeAnswers();
   bool IsOwed(const Client& client) const;
   static void Reply(Client& client, const std::string& id, const nlohmann::json& answer);
