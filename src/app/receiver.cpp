@@ -15,6 +15,36 @@ std::int64_t ArrivalNs(const can::Frame& frame) noexcept {
 
 bool Receiver::Take(const can::Frame& frame) noexcept {
   if (recorder_ != nullptr) recorder_->RecordReceived(frame, frame.bus);
+  if (frame.error) {
+    TakeError(frame);
+    return false;
+  }
+  if (IsOurs(frame)) {
+    ++counters_.conflicting;
+    ++inputs_[frame.bus].conflicts;
+    return false;
+  }
+  return TakeCommand(frame);
+}
+
+void Receiver::TakeError(const can::Frame& frame) noexcept {
+  ++counters_.errors;
+  Input& input = inputs_[frame.bus];
+  input.errors.Take(frame);
+  input.newest.Put(input.errors);
+}
+
+/// One that the emulator publishes: no other node may send it. A remote frame asks for it.
+bool Receiver::IsOurs(const can::Frame& frame) const noexcept {
+  if (frame.remote) return false;
+  for (std::size_t i = 0; i < contract_.MessageCount(); ++i) {
+    const can::Message& message = contract_.MessageOf(i);
+    if (message.id == frame.id && message.extended == frame.extended) return true;
+  }
+  return false;
+}
+
+bool Receiver::TakeCommand(const can::Frame& frame) noexcept {
   CommandRejection rejection{};
   if (std::optional<Command> command = contract_.DecodeCommand(frame, rejection)) {
     command->arrival_ns = ArrivalNs(frame);

@@ -12,6 +12,15 @@ constexpr std::int64_t kRetryNs = 200'000;  // a full queue is asked again
 
 }  // namespace
 
+/// A change is told at once, with the newest state there is.
+void Sender::TakeBusCondition() noexcept {
+  const can::BusCondition before = bus_;
+  if (!conditions_.Take(bus_) || bus_.IsLike(before)) return;
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    if (Has(tell_bus_, i)) waiting_[i] = {.due = true, .telemetry = newest_};
+  }
+}
+
 void Sender::SendWaiting(bool at_once) noexcept {
   Telemetry telemetry;
   while (task_.TryPopTelemetry(telemetry)) {
@@ -27,17 +36,27 @@ void Sender::SendWaiting(bool at_once) noexcept {
       waiting_[i].due = true;
       waiting_[i].telemetry = telemetry;
     }
+    newest_ = telemetry;
   }
+  TakeBusCondition();
+  nothing_waits_ = true;
   const std::int64_t now_ns = rt::MonotonicNs();
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
-    if (!waiting_[i].due || (now_ns < waiting_[i].not_before_ns && !at_once)) continue;
+    if (!waiting_[i].due) continue;
+    if (now_ns < waiting_[i].not_before_ns && !at_once) {
+      nothing_waits_ = false;
+      continue;
+    }
     waiting_[i].due = false;
     waiting_[i].not_before_ns = now_ns + static_cast<std::int64_t>(contract_.CycleTicks(i)) * kTickNs / 2;
+    waiting_[i].telemetry.bus = bus_;
     Send(i, waiting_[i].telemetry);
   }
 }
 
-void Sender::SendAll(const Telemetry& telemetry, const std::atomic<bool>& stop) noexcept {
+void Sender::SendAll(Telemetry telemetry, const std::atomic<bool>& stop) noexcept {
+  conditions_.Take(bus_);
+  telemetry.bus = bus_;
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
     const can::Frame frame = contract_.Encode(i, telemetry);
     can::SendResult result = network_.Send(frame);
@@ -52,6 +71,7 @@ void Sender::SendAll(const Telemetry& telemetry, const std::atomic<bool>& stop) 
 void Sender::SendStopped() noexcept {
   Telemetry last = task_.Now();
   last.status.mode = Mode::kStopped;
+  last.bus = bus_;
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
     if (Has(tell_mode_, i)) Send(i, last);
   }

@@ -23,13 +23,15 @@ constexpr int kAnswerMs = 1;  // while the simulation is to answer
 }  // namespace
 
 Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
-             std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control)
+             std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
+             BusWatch& buses)
     : emulator_(emulator),
       network_(network),
       options_(options),
       statistics_(std::move(statistics)),
       snapshots_(snapshots),
       control_(control),
+      buses_(buses),
       now_(emulator.Final()),
       terminal_(isatty(STDOUT_FILENO) != 0),
       last_ns_(rt::MonotonicNs()) {}
@@ -39,7 +41,8 @@ void Watch::Run(const StopSignals& signals) {
     ended = Wait(signals);
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
-    if (control_ != nullptr) control_->Serve(now_);
+    buses_.Look();
+    if (control_ != nullptr) control_->Serve(now_, buses_.Reports());
     snapshots_.WriteAllOrTell(emulator_);
     if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
   }

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "bus_watch.hpp"
 #include "control/server.hpp"
 #include "servohil/app/emulator.hpp"
 #include "servohil/can/network.hpp"
@@ -17,7 +18,8 @@ class Watch {
   /// Before the emulator starts. @param statistics  file to write each second; empty: none
   /// @param control  null: none. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
-        std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control);
+        std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
+        BusWatch& buses);
 
   /// Until a stop signal or the end of the run.
   void Run(const StopSignals& signals);
@@ -37,6 +39,7 @@ class Watch {
   std::filesystem::path statistics_;
   const SnapshotWriter& snapshots_;
   control::Server* control_;
+  BusWatch& buses_;
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;

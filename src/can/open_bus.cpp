@@ -38,11 +38,18 @@ std::unique_ptr<Bus> OpenBus(const std::string& url, const BusOptions& options) 
                    "': expected socketcan:IFACE, slcan:pty[:LINK] or slcan:/dev/DEVICE" + Suggestion(url));
 }
 
-std::string AutomaticUrl(std::span<const std::string> interfaces) {
+std::string AutomaticUrl(std::span<const std::string> interfaces, bool allow_physical) {
   for (const std::string& interface : interfaces) {
-    if (IsCanInterface(interface)) return "socketcan:" + interface;
+    if (IsCanInterface(interface) && (allow_physical || IsVirtualInterface(interface)))
+      return "socketcan:" + interface;
   }
   return "slcan:pty";
+}
+
+std::string PhysicalRefusal(const std::string& url) {
+  return url +
+         " is a physical bus, where a real machine may be: --set can.allow_physical=true if servohil may "
+         "send there";
 }
 
 }  // namespace servohil::can

@@ -176,7 +176,29 @@ Json ToJson(const Answer& answer) {
   }
 }
 
-Json StatusToJson(const Telemetry& now) {
+Json BusesToJson(const std::vector<BusReport>& buses) {
+  Json list = Json::array();
+  for (const BusReport& bus : buses) {
+    Json faults = Json::array();
+    for (std::size_t i = 0; i < can::kBusFaultCount; ++i) {
+      const auto fault = static_cast<can::BusFault>(i);
+      if (bus.condition.Has(fault)) faults.push_back(can::NameOf(fault));
+    }
+    list.push_back({{"bus", bus.name},
+                    {"state", can::NameOf(bus.condition.state)},
+                    {"faults", faults},
+                    {"tx_errors", bus.condition.tx_errors},
+                    {"rx_errors", bus.condition.rx_errors},
+                    {"error_frames", bus.condition.error_frames},
+                    {"not_sent", bus.condition.not_sent},
+                    {"overruns", bus.condition.overruns},
+                    {"conflicts", bus.condition.conflicts},
+                    {"bus_offs", bus.condition.bus_offs}});
+  }
+  return list;
+}
+
+Json StatusToJson(const Telemetry& now, const std::vector<BusReport>& buses) {
   const Sample& s = now.sample;
   return {{"result", "OK"},
           {"tick", s.tick},
@@ -195,6 +217,7 @@ Json StatusToJson(const Telemetry& now) {
           {"stuck", s.state.mode.PistonRests()},
           {"model_fault", s.model_fault},
           {"active_faults", now.status.active_faults},
+          {"buses", BusesToJson(buses)},
           {"command_age_s", SecondsOf(now.status.command_age_ticks)}};
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <variant>
 
+#include "../bus_watch.hpp"
 #include "servohil/app/request.hpp"
 #include "servohil/app/telemetry.hpp"
 #include "servohil/model/parameters.hpp"
@@ -30,7 +31,8 @@ Understood Understand(const nlohmann::json& request, const Permissions& permissi
 /// Answers, without "id".
 nlohmann::json Rejected(const std::string& reason);
 nlohmann::json ToJson(const Answer& answer);
-nlohmann::json StatusToJson(const Telemetry& now);
+nlohmann::json StatusToJson(const Telemetry& now, const std::vector<BusReport>& buses);
+nlohmann::json BusesToJson(const std::vector<BusReport>& buses);
 nlohmann::json FaultsToJson(const fault::Schedule& faults, std::uint64_t tick);
 nlohmann::json CatalogueToJson(const model::Parameters& unfaulted);
 

@@ -102,8 +102,9 @@ void Server::AddTo(std::vector<pollfd>& descriptors) const {
   }
 }
 
-void Server::Serve(const Telemetry& now) {
+void Server::Serve(const Telemetry& now, const std::vector<BusReport>& buses) {
   now_ = now;
+  buses_ = buses;
   ServeClients();
   AcceptWhoCame();
 }
@@ -182,7 +183,7 @@ void Server::TakeLine(Client& client, const std::string& line) {
   } else if (const Question* question = std::get_if<Question>(&understood)) {
     emulator_.TakeFaults(faults_);
     Reply(client, id,
-          *question == Question::kStatus   ? StatusToJson(now_)
+          *question == Question::kStatus   ? StatusToJson(now_, buses_)
           : *question == Question::kFaults ? FaultsToJson(faults_, now_.sample.tick)
                                            : CatalogueToJson(*permissions_.unfaulted));
   } else {

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "../bus_watch.hpp"
 #include "requests.hpp"
 #include "servohil/app/emulator.hpp"
 
@@ -32,8 +33,8 @@ class Server {
   void AddTo(std::vector<pollfd>& descriptors) const;
   /// An answer of the simulation is waited for: look again soon.
   bool Waits() const noexcept { return !asked_.empty(); }
-  /// Takes and answers what there is. Never blocks. @param now  the newest state
-  void Serve(const Telemetry& now);
+  /// Takes and answers what there is. Never blocks. @param now, buses  the newest state
+  void Serve(const Telemetry& now, const std::vector<BusReport>& buses);
 
  private:
   struct Client {
@@ -70,6 +71,7 @@ class Server {
   std::uint64_t next_request_ = 1;
   std::uint64_t next_client_ = 1;
   Telemetry now_;
+  std::vector<BusReport> buses_;
   fault::Schedule faults_;
 };
 
