@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "commands.hpp"
-#include "linear_analysis.hpp"
+#include "linear/analysis.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {

@@ -124,7 +124,11 @@ void Emulator::RunSimulation() {
   BeReady("sim", options_.task.loop.priority, options_.task.loop.cpu);
   const long faults_before = rt::ThreadPageFaults();
   loop_.Run(
-      stop_, [this](const rt::LoopTiming& timing) noexcept { return task_->Wake(timing); },
+      stop_,
+      [this](const rt::LoopTiming& timing) noexcept {
+        turns_.store(timing.wakes, std::memory_order_relaxed);
+        return task_->Wake(timing);
+      },
       first_deadline_ns_);
   loop_page_faults_ = rt::ThreadPageFaults() - faults_before;
   Finish();
@@ -160,6 +164,7 @@ void Emulator::RunLockstep() {
   bool goes_on = true;
   while (goes_on && !stop_.load(std::memory_order_relaxed)) {
     const std::optional<can::Frame> frame = network_.Receive(kLookForRequestsMs);
+    turns_.fetch_add(1, std::memory_order_relaxed);
     task_->ServeRequests();
     if (!frame) continue;
     const bool is_command = receiver_->Take(*frame);

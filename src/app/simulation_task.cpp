@@ -22,11 +22,14 @@ void SimulationTask::Restore(const Snapshot& snapshot) noexcept {
   now_.sample = snapshot.sample;
   now_.status.commanded = snapshot.commanded;
   first_tick_ = snapshot.sample.tick;
+  first_command_tick_ = snapshot.sample.tick;
 }
 
 bool SimulationTask::GoesOn() const noexcept {
-  return options_.duration_ticks == 0 ||
-         now_.sample.tick - first_tick_ + frozen_ticks_ < options_.duration_ticks;
+  if (options_.duration_ticks == 0) return true;
+  const bool waits = options_.is_scenario && !now_.status.commanded;
+  const std::uint64_t begin = options_.is_scenario && !waits ? first_command_tick_ : first_tick_;
+  return now_.sample.tick - begin + frozen_ticks_ < (waits ? options_.wait_ticks : options_.duration_ticks);
 }
 
 bool SimulationTask::Run(int ticks) noexcept {
@@ -92,6 +95,7 @@ void SimulationTask::TakeCommand() noexcept {
 }
 
 void SimulationTask::SetCommand(const Command& command) noexcept {
+  if (!now_.status.commanded) first_command_tick_ = now_.sample.tick;
   command_ = command;
   command_tick_ = now_.sample.tick;
   now_.status.commanded = true;
@@ -106,6 +110,7 @@ void SimulationTask::SetCommand(const Command& command) noexcept {
 void SimulationTask::Tick() noexcept {
   ServeRequests();
   TakeCommand();
+  FollowScript();
   Status& status = now_.status;
   now_.sample = status.commanded ? simulation_.Tick(command_.p1_psi) : simulation_.Rest();
   status.command_age_ticks = now_.sample.tick - command_tick_;
@@ -114,6 +119,7 @@ void SimulationTask::Tick() noexcept {
                 : status.commanded      ? Mode::kRunning
                                         : Mode::kWaiting;
   if (options_.recorder != nullptr) options_.recorder->RecordTick(now_);
+  if (options_.feed != nullptr) options_.feed->Put(now_);
 }
 
 void SimulationTask::Publish(std::uint64_t tick) noexcept {
@@ -143,17 +149,25 @@ void SimulationTask::TakeSnapshot() noexcept {
 void SimulationTask::ServeRequests() noexcept {
   constexpr int kMostAtOnce = 4;
   Request request;
-  for (int i = 0; i < kMostAtOnce && requests_.TryPop(request); ++i) Serve(request);
+  for (int i = 0; i < kMostAtOnce && requests_.TryPop(request); ++i) answers_.TryPush(Serve(request));
 }
 
-void SimulationTask::Serve(const Request& request) noexcept {
+void SimulationTask::FollowScript() noexcept {
+  const auto& script = options_.script;
+  while (now_.status.commanded && next_script_ < script.size() &&
+         first_command_tick_ + script[next_script_].tick <= now_.sample.tick + 1) {
+    const Answer answer = Serve(script[next_script_++].request);
+    if (answer.result == Answer::Result::kNoRoom) ++script_refused_;
+  }
+}
+
+Answer SimulationTask::Serve(const Request& request) noexcept {
   const std::uint64_t next_tick = now_.sample.tick + 1;
   fault::Schedule& faults = simulation_.Faults();
   Answer answer{request.number, Answer::Result::kApplied, next_tick};
   if (now_.status.mode == Mode::kFrozen && request.kind != Request::Kind::kSnapshot) {
     answer.result = Answer::Result::kFrozen;
-    answers_.TryPush(answer);
-    return;
+    return answer;
   }
   switch (request.kind) {
     case Request::Kind::kInject: {
@@ -178,10 +192,10 @@ void SimulationTask::Serve(const Request& request) noexcept {
       break;
   }
   faults_.Put(faults);
-  answers_.TryPush(answer);
   const bool is_influence = request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
                             request.kind == Request::Kind::kClearAll;
   if (is_influence && options_.recorder != nullptr) options_.recorder->RecordInfluence({next_tick, request});
+  return answer;
 }
 
 }  // namespace servohil::app

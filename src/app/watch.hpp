@@ -1,11 +1,13 @@
 #pragma once
-/// The main thread while the emulator runs: signals, status line, statistics, snapshots, and what must be
-/// told at once.
+/// The main thread while the emulator runs: signals, status line, statistics, snapshots, service manager, and
+/// what must be told at once.
 
 #include <filesystem>
 
 #include "bus_watch.hpp"
 #include "control/server.hpp"
+#include "reload.hpp"
+#include "service_manager.hpp"
 #include "servohil/app/emulator.hpp"
 #include "servohil/can/network.hpp"
 #include "snapshot_writer.hpp"
@@ -16,10 +18,11 @@ namespace servohil::app {
 class Watch {
  public:
   /// Before the emulator starts. @param statistics  file to write each second; empty: none
-  /// @param control  null: none. All must outlive it.
+  /// @param control  null: none
+  /// @param reloader  called at SIGHUP. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
         std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-        BusWatch& buses);
+        Reloader& reloader, BusWatch& buses);
 
   /// Until a stop signal or the end of the run.
   void Run(const StopSignals& signals);
@@ -29,6 +32,8 @@ class Watch {
   bool Wait(const StopSignals& signals);
   /// @return whether one asked for the end
   bool TakeSignals(const StopSignals& signals);
+  void Reload();
+  void TellThatItLives();
   void LogWhatWentWrong();
   void WriteStatisticsSoFar();
   void TellEachSecond();
@@ -39,6 +44,8 @@ class Watch {
   std::filesystem::path statistics_;
   const SnapshotWriter& snapshots_;
   control::Server* control_;
+  Reloader& reloader_;
+  ServiceManager manager_;
   BusWatch& buses_;
   Telemetry now_;
   std::uint64_t overruns_ = 0;
@@ -46,6 +53,7 @@ class Watch {
   bool terminal_;
   std::int64_t last_ns_;
   std::uint64_t last_tick_ = 0;
+  std::uint64_t turns_ = 0;
 };
 
 }  // namespace servohil::app

@@ -136,7 +136,8 @@ TEST(SimulationTask, PastTheLimitFreezeHoldsTheStateAndGoesOnPublishing) {
   EXPECT_EQ(task.Now().status.mode, Mode::kFrozen);
   Telemetry t;
   int positions = 0;
-  while (task.TryPopTelemetry(t)) positions += Has(t.due, testing::kPosition) && t.status.mode == Mode::kFrozen ? 1 : 0;
+  while (task.TryPopTelemetry(t))
+    positions += Has(t.due, testing::kPosition) && t.status.mode == Mode::kFrozen ? 1 : 0;
   EXPECT_EQ(positions, 3) << "32 ms of a 10 ms cycle";
   int wakes = 1;
   while (task.Wake(in_time)) ++wakes;

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "linear_analysis.hpp"
+#include "analysis.hpp"
 
 namespace servohil::app {
 namespace {

@@ -1,10 +1,10 @@
-#include "linear_analysis.hpp"
+#include "analysis.hpp"
 
 #include <array>
 #include <cmath>
 
-#include "commands.hpp"
-#include "formatted.hpp"
+#include "../commands.hpp"
+#include "../formatted.hpp"
 
 namespace servohil::app {
 namespace {

@@ -2,8 +2,8 @@
 #include <fstream>
 #include <iostream>
 
-#include "formatted.hpp"
-#include "linear_analysis.hpp"
+#include "../formatted.hpp"
+#include "analysis.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {
