@@ -61,7 +61,8 @@ int Main(int argc, char** argv) {
   program.footer(
       "Exit status: 0 ok; 1 the run was not valid (late ticks or model fault), or the\n"
       "replay differs; 2 usage or configuration;\n"
-      "3 the machine lacks something (interface, permission, disk).");
+      "3 the machine lacks something (interface, permission, disk). Of a scenario: 0 PASS, 1 FAIL, 4 "
+      "INVALID.");
   int exit_status = kExitOk;
   AddRunCommand(program, exit_status);
   AddFaultCommand(program, exit_status);

@@ -73,6 +73,11 @@ class Loader {
     Set(setting.substr(0, equals), *table.get("value"), place, {});
   }
 
+  void Apply(const KeySetting& setting) {
+    const toml::table table = toml::parse("value = " + setting.value);
+    Set(setting.key, *table.get("value"), setting.place, setting.directory);
+  }
+
   /// Checks what no key can tell alone. @throws UsageError with a line for each mistake so far
   Configuration Finish() {
     ThrowMistakes();
@@ -113,6 +118,7 @@ class Loader {
     CheckCycle("publish.pressures_ms", config_.publish.pressures_ms);
     CheckCycle("publish.relay_ms", config_.publish.relay_ms);
     CheckCycle("publish.status_ms", config_.publish.status_ms);
+    CheckCycle("publish.bus_ms", config_.publish.bus_ms);
     const double dissolution_psi = config_.model.oil.dissolution_pressure_psi;
     if (dissolution_psi > 0.0 && dissolution_psi < 20.0) {
       Fail("oil.dissolution_pressure_psi", Number(dissolution_psi), "must be 0 or at least 20 psi absolute");
@@ -267,20 +273,23 @@ std::filesystem::path DefaultConfigurationFile() {
   return program.parent_path().parent_path() / "share" / "servohil" / "servohil.toml";
 }
 
-Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings) {
+Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings,
+                                const std::vector<KeySetting>& more) {
   const std::filesystem::path source = file.empty() ? DefaultConfigurationFile() : file;
   std::ifstream in(source, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   if (!in || std::filesystem::is_directory(source))
     throw UsageError(source.string() + ": there is no such file");
-  return ParseConfiguration(text, source, settings);
+  return ParseConfiguration(text, source, settings, more);
 }
 
 Configuration ParseConfiguration(std::string_view text, const std::filesystem::path& file,
-                                 const std::vector<std::string>& settings) {
+                                 const std::vector<std::string>& settings,
+                                 const std::vector<KeySetting>& more) {
   Loader loader;
   loader.UseDefaultsBeside(file);
   loader.ReadText(text, file);
+  for (const KeySetting& setting : more) loader.Apply(setting);
   for (const std::string& setting : settings) loader.Apply(setting);
   return loader.Finish();
 }

@@ -28,11 +28,16 @@ constexpr std::array kRelay = {"x1_in", "x2_in", "x4_in", "sub_steps"};
 constexpr std::array kStatus = {
     "mode",       "timing_valid",      "model_fault",        "stuck",         "active_faults", "unresolved",
     "late_ticks", "worst_lateness_ms", "recent_lateness_ms", "command_age_ms"};
+constexpr std::array kBus = {"bus_state",       "bit_rate_mismatch", "no_acknowledge", "queue_full",
+                             "receive_overrun", "id_conflict",       "tx_errors",      "rx_errors",
+                             "error_frames",    "frames_not_sent",   "bus_offs"};
 
-const std::array<MessageSpecification, 4> kSpecifications = {{
+/// SERVO_Status last: in lockstep it ends an answer.
+const std::array<MessageSpecification, 5> kSpecifications = {{
     {"SERVO_Position", kPosition, &PublishSettings::position_ms},
     {"SERVO_Pressures", kPressures, &PublishSettings::pressures_ms},
     {"SERVO_Relay", kRelay, &PublishSettings::relay_ms},
+    {"SERVO_Bus", kBus, &PublishSettings::bus_ms},
     {"SERVO_Status", kStatus, &PublishSettings::status_ms},
 }};
 
@@ -109,15 +114,23 @@ std::optional<Command> Contract::DecodeCommand(const can::Frame& frame,
   return Command{p1_psi};
 }
 
-can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry) const noexcept {
+can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry,
+                            const Measured& measured) const noexcept {
   const Outgoing& outgoing = outgoing_[message];
   can::Frame frame;
   frame.id = outgoing.message->id;
   frame.extended = outgoing.message->extended;
   frame.size = static_cast<std::uint8_t>(outgoing.message->size_bytes);
   const std::span<std::uint8_t> data(frame.data.data(), frame.size);
-  for (const Field& field : outgoing.fields)
-    can::Encode(*field.signal, field.quantity->value(telemetry), data);
+  for (const Field& field : outgoing.fields) {
+    const double value = measured.Of(*field.quantity, telemetry);
+    if (std::isnan(value)) {
+      constexpr std::int64_t kAllOnes = -1;
+      can::InsertRaw(*field.signal, kAllOnes, data);
+    } else {
+      can::Encode(*field.signal, value, data);
+    }
+  }
   return frame;
 }
 

@@ -4,12 +4,15 @@
 #include <array>
 #include <limits>
 
+#include "servohil/app/publication.hpp"
+
 namespace servohil::app {
 namespace {
 
 using T = Telemetry;
 
 constexpr double kTicksPerMs = 10.0;
+constexpr bool kMachines = false;  // doing: not repeatable
 
 double Ms(std::int64_t ns) noexcept {
   return static_cast<double>(ns) / 1e6;
@@ -18,6 +21,11 @@ double Ms(std::int64_t ns) noexcept {
 double CommandAgeMs(const T& t) noexcept {
   return t.status.commanded ? static_cast<double>(t.status.command_age_ticks) / kTicksPerMs
                             : std::numeric_limits<double>::infinity();
+}
+
+template <can::BusFault kFault>
+double HasBusFault(const T& t) noexcept {
+  return t.bus.Has(kFault) ? 1.0 : 0.0;
 }
 
 constexpr std::array kQuantities = std::to_array<Quantity>({
@@ -44,7 +52,7 @@ constexpr std::array kQuantities = std::to_array<Quantity>({
     {"mode", "Mode", "", "State of the emulator",
      [](const T& t) { return static_cast<double>(t.status.mode); }},
     {"timing_valid", "TimingValid", "", "1 while no tick was late since the start; latched at 0",
-     [](const T& t) { return t.status.TimingValid() ? 1.0 : 0.0; }},
+     [](const T& t) { return t.status.TimingValid() ? 1.0 : 0.0; }, kMachines},
     {"model_fault", "ModelFault", "",
      "1 once the model left its domain; the values are then the last good ones",
      [](const T& t) { return t.sample.model_fault ? 1.0 : 0.0; }},
@@ -56,14 +64,40 @@ constexpr std::array kQuantities = std::to_array<Quantity>({
      [](const T& t) { return t.sample.unresolved_ticks > 0 ? 1.0 : 0.0; }},
     {"late_ticks", "LateTicks", "",
      "Ticks that began a wake period or more after their deadline, since the start",
-     [](const T& t) { return static_cast<double>(t.status.late.Total()); }},
+     [](const T& t) { return static_cast<double>(t.status.late.Total()); }, kMachines},
     {"worst_lateness_ms", "WorstLateness", "ms", "Worst lateness of a wake-up since the start",
-     [](const T& t) { return Ms(t.status.worst_lateness_ns); }},
+     [](const T& t) { return Ms(t.status.worst_lateness_ns); }, kMachines},
     {"recent_lateness_ms", "RecentLateness", "ms", "Worst lateness of a wake-up since it was told before",
-     [](const T& t) { return Ms(t.status.recent_lateness_ns); }},
+     [](const T& t) { return Ms(t.status.recent_lateness_ns); }, kMachines},
     {"command_age_ms", "CommandAge", "ms", "Time since the newest valid command; none yet: infinite",
      CommandAgeMs},
+    {"bus_state", "BusState", "", "State of the bus; of several, the worst",
+     [](const T& t) { return static_cast<double>(t.bus.state); }},
+    {"bit_rate_mismatch", "BitRateMismatch", "",
+     "1 while nothing but error frames comes: another bit rate, or broken wires",
+     HasBusFault<can::BusFault::kBitRateMismatch>},
+    {"no_acknowledge", "NoAcknowledge", "", "1 while nobody acknowledges frames",
+     HasBusFault<can::BusFault::kNoAcknowledge>},
+    {"queue_full", "QueueFull", "", "1 while frames find the transmit queue full, or stuck",
+     HasBusFault<can::BusFault::kQueueFull>},
+    {"receive_overrun", "ReceiveOverrun", "",
+     "1 while frames are lost because they come faster than they are read",
+     HasBusFault<can::BusFault::kReceiveOverrun>},
+    {"id_conflict", "IdConflict", "", "1 while another node sends identifiers that are the emulator's",
+     HasBusFault<can::BusFault::kIdConflict>},
+    {"tx_errors", "TxErrors", "", "Transmit error counter of the controller",
+     [](const T& t) { return static_cast<double>(t.bus.tx_errors); }},
+    {"rx_errors", "RxErrors", "", "Receive error counter of the controller",
+     [](const T& t) { return static_cast<double>(t.bus.rx_errors); }},
+    {"error_frames", "ErrorFrames", "", "Error frames since the start",
+     [](const T& t) { return static_cast<double>(t.bus.error_frames); }},
+    {"frames_not_sent", "NotSent", "", "Frames not sent since the start: full queue, or no bus",
+     [](const T& t) { return static_cast<double>(t.bus.not_sent); }},
+    {"bus_offs", "BusOffs", "", "Times that the controller went bus-off since the start",
+     [](const T& t) { return static_cast<double>(t.bus.bus_offs); }},
 });
+
+static_assert(kQuantities.size() <= kMostQuantities);
 
 }  // namespace
 

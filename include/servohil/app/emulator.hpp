@@ -68,8 +68,16 @@ class Emulator {
   bool PutRequest(const Request& request) noexcept { return task_->PutRequest(request); }
   bool TryPopAnswer(Answer& answer) noexcept { return task_->TryPopAnswer(answer); }
   bool TakeFaults(fault::Schedule& faults) noexcept { return task_->TakeFaults(faults); }
+  bool TryPopFaultEvent(fault::Event& event) noexcept { return task_->TryPopFaultEvent(event); }
+  std::uint64_t SnapshotsRefused() const noexcept { return task_->SnapshotsRefused(); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
+  bool TakeBusErrors(std::size_t bus, can::ErrorTotals& errors) noexcept {
+    return receiver_->TakeErrors(bus, errors);
+  }
+  std::uint64_t Conflicts(std::size_t bus) const noexcept { return receiver_->Conflicts(bus); }
+  /// For the messages that tell it.
+  void PutBusCondition(const can::BusCondition& condition) noexcept { sender_->PutBusCondition(condition); }
   const SendCounters& Sent() const noexcept { return sender_->Counters(); }
   const rt::LatencyHistogram& ArrivalToTick() const noexcept { return task_->ArrivalToTick(); }
   const rt::LatencyHistogram& ArrivalToFrame() const noexcept { return sender_->ArrivalToFrame(); }
@@ -82,7 +90,8 @@ class Emulator {
 
   // After Stop():
   const Telemetry& Final() const noexcept { return task_->Now(); }
-  std::uint64_t TelemetryDropped() const noexcept { return task_->TelemetryDropped(); }
+  std::uint64_t TelemetryDropped() const noexcept { return task_->PublicationsDropped(); }
+  std::uint64_t ScriptRefused() const noexcept { return task_->ScriptRefused(); }
   /// Page faults of the simulation thread inside its loop.
   long LoopPageFaults() const noexcept { return loop_page_faults_; }
 
@@ -97,6 +106,7 @@ class Emulator {
   void BeReady(const char* name, int priority, int cpu);
   void Finish() noexcept;
 
+  const Contract& contract_;
   can::Network& network_;
   EmulatorOptions options_;
   std::unique_ptr<SimulationTask> task_;

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "servohil/app/sample.hpp"
+#include "servohil/can/bus_condition.hpp"
 #include "servohil/model/servomotor.hpp"
 
 namespace servohil::app {
@@ -44,6 +45,7 @@ struct Status {
   bool commanded = false;               ///< a command has been received
   std::uint64_t command_age_ticks = 0;
   std::uint64_t active_faults = 0;      ///< injected ones that act now
+  bool line_down = false;               ///< by the fault interface_down: as if unplugged
   std::int64_t command_arrival_ns = 0;  ///< of the newest command, as in Command
 
   /// No late tick since the start; latched.
@@ -66,6 +68,7 @@ struct Telemetry {
   Status status;
   model::Outputs outputs{};  ///< at a tick where something is due, and after the last of a run of ticks
   MessageSet due = 0;        ///< messages whose cycle ends at this tick
+  can::BusCondition bus;     ///< filled in by the sender
 };
 
 }  // namespace servohil::app
