@@ -22,7 +22,6 @@
 #include "servohil/app/envelope_check.hpp"
 #include "servohil/app/run_texts.hpp"
 #include "servohil/app/ticks.hpp"
-#include "servohil/can/dbc.hpp"
 #include "servohil/can/network.hpp"
 #include "servohil/error.hpp"
 #include "snapshot_writer.hpp"
@@ -53,7 +52,7 @@ struct Setup {
       : configuration(options.configuration.Load()),
         derived(configuration.model),
         start(RequireSteadyStateAt(derived, configuration.start_x3_in)),
-        contract(can::ReadDbc(configuration.can.dbc), configuration.publish) {}
+        contract(configuration) {}
 
   Configuration configuration;
   model::Derived derived;
@@ -85,7 +84,7 @@ std::string ReadyLine(const can::Network& network, const Telemetry& start, const
 
 can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options) {
   can::BusOptions bus;
-  bus.wanted = {{setup.contract.CommandId(), setup.contract.CommandIsExtended()}};
+  bus.wanted = setup.contract.Wanted();
   if (options.clock == Clock::kLockstep && options.lockstep.sync_id >= 0)
     bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});
   bus.bit_rate_bit_s = static_cast<std::uint32_t>(setup.configuration.can.bit_rate_bit_s);

@@ -33,7 +33,8 @@ TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contra
 
 Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState& start,
                    const Contract& contract, can::Network& network, const EmulatorOptions& options)
-    : network_(network),
+    : contract_(contract),
+      network_(network),
       options_(options),
       task_(std::make_unique<SimulationTask>(parameters, start, TaskOptionsOf(options, contract))),
       receiver_(std::make_unique<Receiver>(contract, *task_, options.task.recorder)),

@@ -16,13 +16,11 @@ std::int64_t ArrivalNs(const can::Frame& frame) noexcept {
 bool Receiver::Take(const can::Frame& frame) noexcept {
   if (recorder_ != nullptr) recorder_->RecordReceived(frame, frame.bus);
   CommandRejection rejection{};
-  if (std::optional<Command> command = contract_.DecodeCommand(frame, rejection)) {
-    command->arrival_ns = ArrivalNs(frame);
-    task_.PutCommand(*command);
-    ++counters_.commands;
-    return true;
-  }
+  const std::optional<Demand> demand = contract_.Decode(frame, rejection);
+  if (demand) Merge(*demand, command_);
   switch (rejection) {
+    case CommandRejection::kNone:
+      break;
     case CommandRejection::kUnknownId:
       ++counters_.foreign;
       break;
@@ -33,7 +31,11 @@ bool Receiver::Take(const can::Frame& frame) noexcept {
       ++counters_.out_of_range;
       break;
   }
-  return false;
+  if (!demand || !demand->p1_psi) return false;
+  command_.arrival_ns = ArrivalNs(frame);
+  task_.PutCommand(command_);
+  ++counters_.commands;
+  return true;
 }
 
 }  // namespace servohil::app

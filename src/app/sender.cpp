@@ -39,13 +39,14 @@ void Sender::SendWaiting(bool at_once) noexcept {
 
 void Sender::SendAll(const Telemetry& telemetry, const std::atomic<bool>& stop) noexcept {
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
-    const can::Frame frame = contract_.Encode(i, telemetry);
-    can::SendResult result = network_.Send(frame);
+    const std::optional<can::Frame> frame = Next(i, telemetry);
+    if (!frame) continue;
+    can::SendResult result = network_.Send(*frame);
     while (result == can::SendResult::kQueueFull && !stop.load(std::memory_order_relaxed)) {
       rt::SleepUntil(rt::MonotonicNs() + kRetryNs);
-      result = network_.Send(frame);
+      result = network_.Send(*frame);
     }
-    Account(i, telemetry, frame, result);
+    Account(i, telemetry, *frame, result);
   }
 }
 
@@ -58,8 +59,22 @@ void Sender::SendStopped() noexcept {
 }
 
 void Sender::Send(std::size_t message, const Telemetry& telemetry) noexcept {
-  const can::Frame frame = contract_.Encode(message, telemetry);
-  Account(message, telemetry, frame, network_.Send(frame));
+  if (const std::optional<can::Frame> frame = Next(message, telemetry))
+    Account(message, telemetry, *frame, network_.Send(*frame));
+}
+
+std::optional<can::Frame> Sender::Next(std::size_t message, const Telemetry& telemetry) noexcept {
+  const Outgoing& outgoing = contract_.OutgoingMessages()[message];
+  Written& written = written_[message];
+  FieldSet saturated = 0;
+  const can::Frame frame = contract_.Encode(message, telemetry, written.turn++, &saturated);
+  if (saturated != 0) {
+    ++counters_.saturated[message];
+    counters_.saturated_fields[message].fetch_or(saturated, std::memory_order_relaxed);
+  }
+  if (!outgoing.on_change || !written.Newest() || written.Newest()->data != frame.data) return frame;
+  ++counters_.unchanged;
+  return std::nullopt;
 }
 
 void Sender::Account(std::size_t message, const Telemetry& telemetry, const can::Frame& frame,
@@ -69,6 +84,7 @@ void Sender::Account(std::size_t message, const Telemetry& telemetry, const can:
     return;
   }
   ++counters_.published;
+  if (contract_.OutgoingMessages()[message].on_change) written_[message].Newest() = frame;
   if (recorder_ != nullptr) recorder_->RecordSent(telemetry.sample.tick, message, frame);
   const std::int64_t arrival_ns = telemetry.status.command_arrival_ns;
   if (!Has(reflect_command_, message) || arrival_ns <= last_arrival_ns_) return;

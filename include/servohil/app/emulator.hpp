@@ -69,6 +69,7 @@ class Emulator {
   bool TryPopAnswer(Answer& answer) noexcept { return task_->TryPopAnswer(answer); }
   bool TakeFaults(fault::Schedule& faults) noexcept { return task_->TakeFaults(faults); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
+  const Contract& Frames() const noexcept { return contract_; }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
   const SendCounters& Sent() const noexcept { return sender_->Counters(); }
   const rt::LatencyHistogram& ArrivalToTick() const noexcept { return task_->ArrivalToTick(); }
@@ -95,6 +96,7 @@ class Emulator {
   void BeReady(const char* name, int priority, int cpu);
   void Finish() noexcept;
 
+  const Contract& contract_;
   can::Network& network_;
   EmulatorOptions options_;
   std::unique_ptr<SimulationTask> task_;

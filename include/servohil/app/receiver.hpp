@@ -26,6 +26,7 @@ class Receiver {
   Receiver(const Contract& contract, SimulationTask& task, Recorder* recorder) noexcept
       : contract_(contract), task_(task), recorder_(recorder) {}
 
+  /// What a frame without P1 says of enable and trip goes with the next command.
   /// @return whether it was a valid command
   bool Take(const can::Frame& frame) noexcept;
 
@@ -36,6 +37,7 @@ class Receiver {
   const Contract& contract_;
   SimulationTask& task_;
   Recorder* recorder_;
+  Command command_;  ///< the newest of what each message says
   ReceiveCounters counters_;
 };
 

@@ -1,9 +1,11 @@
 #pragma once
 /// Frames out.
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "servohil/app/contract.hpp"
@@ -19,6 +21,10 @@ struct SendCounters {
   std::atomic<std::uint64_t> published{0};
   std::atomic<std::uint64_t> not_sent{0};    ///< refused by a full queue or a bus that is down
   std::atomic<std::uint64_t> superseded{0};  ///< not sent because a newer state was already there
+  std::atomic<std::uint64_t> unchanged{0};   ///< not sent because the message is sent on change
+  /// Of each message: frames in which a measured value was more than its signal holds, and those signals.
+  std::array<std::atomic<std::uint64_t>, kMostMessages> saturated{};
+  std::array<std::atomic<FieldSet>, kMostMessages> saturated_fields{};
 };
 
 /// One thread.
@@ -31,9 +37,15 @@ class Sender {
         network_(network),
         recorder_(recorder),
         waiting_(contract.MessageCount()),
+        written_(contract.MessageCount()),
         reflect_command_(contract.MessagesCarrying("x3_in")),
         tell_lateness_(contract.MessagesCarrying("recent_lateness_ms")),
-        tell_mode_(contract.MessagesCarrying("mode")) {}
+        tell_mode_(contract.MessagesCarrying("mode")) {
+    for (std::size_t i = 0; i < written_.size(); ++i) {
+      const Outgoing& outgoing = contract.OutgoingMessages()[i];
+      if (outgoing.on_change) written_[i].newest.resize(outgoing.pages.size());
+    }
+  }
 
   /// Real time: of several states that wait, only the newest of each message is sent, and no two closer than
   /// half its cycle: after a delay the bus gets the present, not a burst of the past.
@@ -55,6 +67,8 @@ class Sender {
  private:
   void SendWaiting(bool at_once) noexcept;
   void Send(std::size_t message, const Telemetry& telemetry) noexcept;
+  /// The message's next frame; nothing: it is sent on change, and nothing has changed.
+  std::optional<can::Frame> Next(std::size_t message, const Telemetry& telemetry) noexcept;
   void Account(std::size_t message, const Telemetry& telemetry, const can::Frame& frame,
                can::SendResult result) noexcept;
 
@@ -68,7 +82,16 @@ class Sender {
     std::int64_t not_before_ns = 0;
     Telemetry telemetry;
   };
+  /// What has been written of a message.
+  struct Written {
+    std::uint64_t turn = 0;                         ///< frames that were due: says which page comes
+    std::vector<std::optional<can::Frame>> newest;  ///< on change only: of each page, the one that was sent
+
+    /// Where the frame of this turn belongs. @pre on change
+    std::optional<can::Frame>& Newest() noexcept { return newest[(turn - 1) % newest.size()]; }
+  };
   std::vector<Waiting> waiting_;      ///< of each message
+  std::vector<Written> written_;      ///< of each message
   const MessageSet reflect_command_;  ///< carry the position
   const MessageSet tell_lateness_;
   const MessageSet tell_mode_;
