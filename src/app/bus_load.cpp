@@ -9,8 +9,10 @@ std::vector<Contract::Load> Contract::BusLoad() const {
     return Load{message.name, cycle_ms, (bits.nominal + bits.data * data_rate_ratio_) * 1000.0 / cycle_ms};
   };
   std::vector<Load> loads;
-  for (const Incoming& incoming : incoming_) loads.push_back(load(*incoming.message, incoming.cycle_ms));
-  for (const Outgoing& outgoing : outgoing_) loads.push_back(load(*outgoing.message, outgoing.cycle_ms));
+  for (const ReceivedMessage& incoming : incoming_)
+    loads.push_back(load(*incoming.message, incoming.cycle_ms));
+  for (const PublishedMessage& outgoing : outgoing_)
+    loads.push_back(load(*outgoing.message, outgoing.cycle_ms));
   return loads;
 }
 

@@ -24,7 +24,7 @@ using Id = std::pair<bool, std::uint32_t>;  // extended, identifier
 /// Of all that the files describe, the message of a frame; null: unknown.
 const can::Message* MessageOf(const can::Databases& databases, const Contract& contract,
                               const can::Frame& frame) {
-  for (const Incoming& incoming : contract.IncomingMessages()) {
+  for (const ReceivedMessage& incoming : contract.IncomingMessages()) {
     if (incoming.pattern.Matches(frame.id, frame.extended)) return incoming.message;
   }
   for (const can::Database& file : databases.files) {

@@ -21,7 +21,7 @@ std::optional<bool> Read(const std::optional<Condition>& condition, const can::M
 }
 
 /// P1 in psi. @return nothing: outside the signal's stated range, or not a number
-std::optional<double> ReadP1(const Incoming& incoming, Data data) {
+std::optional<double> ReadP1(const ReceivedMessage& incoming, Data data) {
   const can::Signal& signal = *incoming.p1;
   const double value = can::Decode(signal, data);
   const bool range_stated = signal.minimum < signal.maximum;
@@ -53,13 +53,13 @@ Contract::Contract(const Configuration& configuration)
 
 std::vector<can::WantedId> Contract::Wanted() const {
   std::vector<can::WantedId> wanted;
-  for (const Incoming& incoming : incoming_) wanted.push_back(incoming.pattern.Wanted());
+  for (const ReceivedMessage& incoming : incoming_) wanted.push_back(incoming.pattern.Wanted());
   return wanted;
 }
 
 std::optional<Demand> Contract::Decode(const can::Frame& frame, CommandRejection& rejection) const noexcept {
   rejection = CommandRejection::kUnknownId;
-  const auto incoming = std::find_if(incoming_.begin(), incoming_.end(), [&](const Incoming& one) {
+  const auto incoming = std::find_if(incoming_.begin(), incoming_.end(), [&](const ReceivedMessage& one) {
     return one.pattern.Matches(frame.id, frame.extended);
   });
   if (incoming == incoming_.end()) return std::nullopt;
@@ -80,9 +80,9 @@ std::optional<Demand> Contract::Decode(const can::Frame& frame, CommandRejection
   return demand;
 }
 
-can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry, std::uint64_t turn,
-                            FieldSet* saturated) const noexcept {
-  const Outgoing& outgoing = outgoing_[message];
+can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry, const Measured& measured,
+                            std::uint64_t turn, FieldSet* saturated) const noexcept {
+  const PublishedMessage& outgoing = outgoing_[message];
   const Page& page = outgoing.pages[turn % outgoing.pages.size()];
   can::Frame frame;
   frame.id = outgoing.message->id;
@@ -93,8 +93,13 @@ can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry, std
   frame.data = page.constants;
   const std::span<std::uint8_t> data(frame.data.data(), frame.size);
   for (const Field& field : page.fields) {
-    const double value = field.convert(field.quantity->value(telemetry));
-    const bool held = can::Encode(*field.signal, value, data);
+    const double value = field.convert(measured.Of(*field.quantity, telemetry));
+    if (std::isnan(value)) {
+      constexpr std::int64_t kAllOnes = -1;
+      can::InsertRaw(*field.signal, kAllOnes, data);
+      continue;
+    }
+    const bool held = can::Encode(*field.signal, value, data) || std::isinf(value);
     if (!held && field.measured && saturated != nullptr)
       *saturated |= FieldSet{1} << static_cast<unsigned>(field.number);
   }

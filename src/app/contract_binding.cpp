@@ -43,10 +43,10 @@ class CommandBinder {
   CommandBinder(const can::Databases& databases, const Configuration& configuration)
       : databases_(databases), configuration_(configuration), settings_(configuration.can.command) {}
 
-  std::vector<Incoming> Bind() {
+  std::vector<ReceivedMessage> Bind() {
     BindP1();
-    if (!settings_.enable.empty()) Bind("can.command.enable", settings_.enable, &Incoming::enable);
-    if (!settings_.trip.empty()) Bind("can.command.trip", settings_.trip, &Incoming::trip);
+    if (!settings_.enable.empty()) Bind("can.command.enable", settings_.enable, &ReceivedMessage::enable);
+    if (!settings_.trip.empty()) Bind("can.command.trip", settings_.trip, &ReceivedMessage::trip);
     return std::move(incoming_);
   }
 
@@ -56,7 +56,7 @@ class CommandBinder {
     const Reference reference = ParseReference(settings_.p1, place);
     if (!reference.value.empty()) throw UsageError(place + "P1 is a number: it has no value");
     const FoundSignal found = FindSignal(databases_, reference, place);
-    Incoming& incoming = MessageOf(found, place);
+    ReceivedMessage& incoming = MessageOf(found, place);
     incoming.p1 = found.signal;
     if (!settings_.scale.empty() && !settings_.unit.empty())
       throw UsageError(place + "give can.command.unit or can.command.scale, not both");
@@ -67,7 +67,7 @@ class CommandBinder {
     CheckP1Range(found, incoming.p1_to_psi, configuration_, place);
   }
 
-  void Bind(const char* key, const std::string& text, std::optional<Condition> Incoming::*member) {
+  void Bind(const char* key, const std::string& text, std::optional<Condition> ReceivedMessage::*member) {
     const std::string place = Place(configuration_, key, text);
     const Reference reference = ParseReference(text, place);
     const FoundSignal found = FindSignal(databases_, reference, place);
@@ -77,11 +77,11 @@ class CommandBinder {
   }
 
   /// The message's place in the list: one that is there already, or a new one.
-  Incoming& MessageOf(const FoundSignal& found, const std::string& place) {
+  ReceivedMessage& MessageOf(const FoundSignal& found, const std::string& place) {
     const auto known = std::find_if(incoming_.begin(), incoming_.end(),
-                                    [&](const Incoming& one) { return one.message == found.message; });
+                                    [&](const ReceivedMessage& one) { return one.message == found.message; });
     if (known != incoming_.end()) return *known;
-    Incoming incoming;
+    ReceivedMessage incoming;
     incoming.database = found.database;
     incoming.message = found.message;
     incoming.pattern = {found.message->id, found.message->extended, settings_.pgn};
@@ -98,7 +98,7 @@ class CommandBinder {
   const can::Databases& databases_;
   const Configuration& configuration_;
   const CommandSettings& settings_;
-  std::vector<Incoming> incoming_;
+  std::vector<ReceivedMessage> incoming_;
 };
 
 struct Identified {
@@ -109,14 +109,15 @@ struct Identified {
 
 }  // namespace
 
-std::vector<Incoming> BindCommand(const can::Databases& databases, const Configuration& configuration) {
+std::vector<ReceivedMessage> BindCommand(const can::Databases& databases,
+                                         const Configuration& configuration) {
   return CommandBinder(databases, configuration).Bind();
 }
 
-void CheckIdentifiers(std::span<const Incoming> incoming, std::span<const Outgoing> outgoing) {
+void CheckIdentifiers(std::span<const ReceivedMessage> incoming, std::span<const PublishedMessage> outgoing) {
   std::vector<Identified> all;
-  for (const Incoming& one : incoming) all.push_back({one.database, one.message, one.pattern});
-  for (const Outgoing& one : outgoing)
+  for (const ReceivedMessage& one : incoming) all.push_back({one.database, one.message, one.pattern});
+  for (const PublishedMessage& one : outgoing)
     all.push_back({one.database, one.message, {one.message->id, one.message->extended, false}});
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {

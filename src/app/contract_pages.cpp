@@ -77,8 +77,8 @@ class MessageBinder {
         place_(settings.place.empty() ? "" : settings.place + ": "),
         found_(FindMessage(databases, settings.message, place_)) {}
 
-  Outgoing Bind() {
-    Outgoing outgoing{found_.database, found_.message, CycleMs(), settings_.on_change, {}};
+  PublishedMessage Bind() {
+    PublishedMessage outgoing{found_.database, found_.message, CycleMs(), settings_.on_change, {}};
     for (const SignalSettings& signal : SignalsOf()) Bind(signal);
     for (const std::optional<std::int64_t> value : PageValues()) outgoing.pages.push_back(PageOf(value));
     return outgoing;
@@ -242,8 +242,9 @@ class MessageBinder {
 
 }  // namespace
 
-std::vector<Outgoing> BindPublished(const can::Databases& databases, const Configuration& configuration) {
-  std::vector<Outgoing> published;
+std::vector<PublishedMessage> BindPublished(const can::Databases& databases,
+                                            const Configuration& configuration) {
+  std::vector<PublishedMessage> published;
   for (const MessageSettings& settings : MessagesOf(configuration)) {
     if (published.size() == kMostMessages)
       throw UsageError(settings.place + ": more than " + std::to_string(kMostMessages) +

@@ -78,7 +78,7 @@ std::string MessageLine(const can::Database& database, const can::Message& messa
          std::to_string(message.line) + "\n";
 }
 
-std::string DescribeIncoming(const Incoming& incoming) {
+std::string DescribeIncoming(const ReceivedMessage& incoming) {
   std::string text;
   for (const can::Signal& signal : incoming.message->signals) {
     if (&signal == incoming.p1) {
@@ -95,7 +95,7 @@ std::string DescribeIncoming(const Incoming& incoming) {
   return text;
 }
 
-std::string DescribePage(const Outgoing& outgoing, const Page& page) {
+std::string DescribePage(const PublishedMessage& outgoing, const Page& page) {
   std::string text;
   const std::span<const std::uint8_t> data(page.constants.data(),
                                            static_cast<std::size_t>(outgoing.message->size_bytes));
@@ -113,9 +113,9 @@ std::string DescribePage(const Outgoing& outgoing, const Page& page) {
   return text;
 }
 
-const Incoming* FindIncoming(const Contract& contract, const can::Frame& frame) {
+const ReceivedMessage* FindIncoming(const Contract& contract, const can::Frame& frame) {
   const auto all = contract.IncomingMessages();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Incoming& one) {
+  const auto found = std::find_if(all.begin(), all.end(), [&](const ReceivedMessage& one) {
     return one.pattern.Matches(frame.id, frame.extended);
   });
   return found == all.end() ? nullptr : &*found;
@@ -135,7 +135,7 @@ std::string CommandMeaning(const Contract& contract, const can::Frame& frame) {
   return text;
 }
 
-std::string PublishedMeaning(const Outgoing& outgoing, const can::Frame& frame) {
+std::string PublishedMeaning(const PublishedMessage& outgoing, const can::Frame& frame) {
   const std::span<const std::uint8_t> data(frame.data.data(), frame.size);
   std::string text;
   for (const Page& page : outgoing.pages) {
@@ -157,12 +157,12 @@ std::string IdText(std::uint32_t id, bool extended) {
 
 std::string DescribeContract(const Contract& contract, const CanSettings& can) {
   std::string text = "received\n";
-  for (const Incoming& incoming : contract.IncomingMessages()) {
+  for (const ReceivedMessage& incoming : contract.IncomingMessages()) {
     text += MessageLine(*incoming.database, *incoming.message, incoming.pattern, incoming.cycle_ms, can);
     text += DescribeIncoming(incoming);
   }
   text += "sent\n";
-  for (const Outgoing& outgoing : contract.OutgoingMessages()) {
+  for (const PublishedMessage& outgoing : contract.OutgoingMessages()) {
     text += MessageLine(*outgoing.database, *outgoing.message,
                         {outgoing.message->id, outgoing.message->extended, false}, outgoing.cycle_ms, can);
     if (outgoing.on_change) text += "    only when its bits differ from the frame before\n";
@@ -186,14 +186,14 @@ std::string DescribeFrame(const can::Message& message, const can::Frame& frame) 
 
 std::string DescribeMeaning(const Contract& contract, const can::Frame& frame) {
   if (FindIncoming(contract, frame) != nullptr) return CommandMeaning(contract, frame);
-  for (const Outgoing& outgoing : contract.OutgoingMessages()) {
+  for (const PublishedMessage& outgoing : contract.OutgoingMessages()) {
     const bool same = outgoing.message->id == frame.id && outgoing.message->extended == frame.extended;
     if (same && int{frame.size} >= outgoing.message->size_bytes) return PublishedMeaning(outgoing, frame);
   }
   return {};
 }
 
-std::string DescribeSaturation(const Outgoing& outgoing, FieldSet fields) {
+std::string DescribeSaturation(const PublishedMessage& outgoing, FieldSet fields) {
   std::string text;
   for (const Page& page : outgoing.pages) {
     for (const Field& field : page.fields) {

@@ -23,6 +23,6 @@ std::string DescribeFrame(const can::Message& message, const can::Frame& frame);
 std::string DescribeMeaning(const Contract& contract, const can::Frame& frame);
 
 /// Why a signal of a published message cannot carry its value: "VDU_Feedback.Lift: x3_in leaves -5 to 105 %".
-std::string DescribeSaturation(const Outgoing& outgoing, FieldSet fields);
+std::string DescribeSaturation(const PublishedMessage& outgoing, FieldSet fields);
 
 }  // namespace servohil::app

@@ -36,8 +36,8 @@ std::string PublishError(const std::string& publish) {
 #define EXPECT_PREFIX(text, prefix) EXPECT_EQ((text).substr(0, std::string(prefix).size()), prefix)
 
 TEST(ContractMistakes, TheExampleItselfHasNone) {
-  EXPECT_PREFIX(CommandError("p1 = \"GOV.P1\"\nenable = \"GOV.State = Running\"\ntrip = \"GOV.State=3\"\n"),
-                "no error");
+  EXPECT_EQ(CommandError("p1 = \"GOV.P1\"\nenable = \"GOV.State = Running\"\ntrip = \"GOV.State=3\"\n"),
+            "no error");
   EXPECT_EQ(PublishError("message = \"FB\"\ncycle_ms = 10\nsignals = { Lift = \"x3_in\" }\n"), "no error");
 }
 
@@ -70,17 +70,16 @@ TEST(ContractMistakes, UnknownNamesAreAnsweredWithTheNearest) {
 }
 
 TEST(ContractMistakes, UnitsThatDoNotFit) {
-  EXPECT_EQ(CommandError("p1 = \"GOV.Demand\"\n"),
-            "x.toml:7: can.command.p1 = \"GOV.Demand\": x.dbc:3: GOV.Demand has the unit \"mA\", expected "
-            "\"psi\" or one "
-            "of psi, bar, mbar, Pa, hPa, kPa, MPa, kgf/cm2, psia, bara, kPaa; else give `unit` where that is "
-            "what it "
-            "means, or `scale = [[x, y], [x, y]]`");
-  EXPECT_EQ(CommandError("p1 = \"GOV.P1\"\nunit = \"Bra\"\n"),
-            "x.toml:7: can.command.p1 = \"GOV.P1\": x.dbc:2: GOV.P1: the unit \"Bra\" is not kn");
-  EXPECT_PREFIX(
-      CommandError("p1 = \"GOV.P1\"\nunit = \"bar\"\nscale = [[4, 0], [20, 150]]\n"),
-      "x.toml:7: can.command.p1 = \"GOV.P1\": give can.command.unit or can.command.scale, not both");
+  EXPECT_EQ(
+      CommandError("p1 = \"GOV.Demand\"\n"),
+      "x.toml:7: can.command.p1 = \"GOV.Demand\": x.dbc:3: GOV.Demand has the unit \"mA\", expected one of "
+      "psi, bar, mbar, Pa, hPa, kPa, MPa, kgf/cm2, psia, bara, kPaa; else give `unit` where that is "
+      "what it "
+      "means, or `scale = [[x, y], [x, y]]`");
+  EXPECT_PREFIX(CommandError("p1 = \"GOV.P1\"\nunit = \"Bra\"\n"),
+                "x.toml:7: can.command.p1 = \"GOV.P1\": x.dbc:2: GOV.P1: the unit \"Bra\" is not kn");
+  EXPECT_EQ(CommandError("p1 = \"GOV.P1\"\nunit = \"bar\"\nscale = [[4, 0], [20, 150]]\n"),
+            "x.toml:7: can.command.p1 = \"GOV.P1\": give can.command.unit or can.command.scale, not both");
   EXPECT_EQ(CommandError("p1 = \"GOV.Demand\"\nscale = [[4, 0], [4, 150]]\n"),
             "x.toml:8: can.command.scale: must be two different points, as [[4.0, 0.0], [20.0, 150.0]]");
   EXPECT_EQ(
@@ -93,16 +92,16 @@ TEST(ContractMistakes, UnitsThatDoNotFit) {
 }
 
 TEST(ContractMistakes, RangesThatClip) {
-  EXPECT_EQ(
+  EXPECT_PREFIX(
       CommandError("p1 = \"GOV.Narrow\"\n"),
       "x.toml:7: can.command.p1 = \"GOV.Narrow\": x.dbc:5: GOV.Narrow reaches from 0 to 36.9846 psi; the st");
-  EXPECT_PREFIX(CommandError("p1 = \"GOV.Narrow\"\nmay_clip = true\n"), "no error");
-  EXPECT_EQ(CommandError("p1 = \"GOV.Demand\"\nscale = [[4, 0], [20, 30]]\n"),
-            "x.toml:7: can.command.p1 = \"GOV.Demand\": x.dbc:3: GOV.Demand reaches fro");
-  EXPECT_PREFIX(PublishError("message = \"FB\"\ncycle_ms = 10\nsignals = { Short = \"x3_in\" }\n"),
-                "x.toml:11: x.dbc:10: FB.Short holds 0 to 127.5 mm; the stroke of 0 to 8 in is 0 to 203.2: "
-                "correct unit or "
-                "scale, or set may_clip = true in `signals`");
+  EXPECT_EQ(CommandError("p1 = \"GOV.Narrow\"\nmay_clip = true\n"), "no error");
+  EXPECT_PREFIX(CommandError("p1 = \"GOV.Demand\"\nscale = [[4, 0], [20, 30]]\n"),
+                "x.toml:7: can.command.p1 = \"GOV.Demand\": x.dbc:3: GOV.Demand reaches fro");
+  EXPECT_EQ(PublishError("message = \"FB\"\ncycle_ms = 10\nsignals = { Short = \"x3_in\" }\n"),
+            "x.toml:11: x.dbc:10: FB.Short holds 0 to 127.5 mm; the stroke of 0 to 8 in is 0 to 203.2: "
+            "correct unit or "
+            "scale, or set may_clip = true in `signals`");
   EXPECT_EQ(PublishError("message = \"FB\"\ncycle_ms = 10\nsignals = { Short = { quantity = \"x3_in\", "
                          "may_clip = true } }\n"),
             "no error");
@@ -158,8 +157,8 @@ TEST(ContractMistakes, IdentifiersThatMeet) {
 }
 
 TEST(ContractMistakes, SignalsByNameMustBeQuantities) {
-  EXPECT_EQ(PublishError("message = \"FB\"\ncycle_ms = 10\n"),
-            "x.toml:8: x.dbc:8: FB.Lift is no quantity of the emulator: say with `signals` what it car");
+  EXPECT_PREFIX(PublishError("message = \"FB\"\ncycle_ms = 10\n"),
+                "x.toml:8: x.dbc:8: FB.Lift is no quantity of the emulator: say with `signals` what it car");
 }
 
 TEST(ContractMistakes, TypesOfTheTables) {

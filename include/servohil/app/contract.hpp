@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "servohil/app/configuration.hpp"
+#include "servohil/app/publication.hpp"
 #include "servohil/app/quantity.hpp"
 #include "servohil/app/telemetry.hpp"
 #include "servohil/app/unit.hpp"
@@ -46,7 +47,7 @@ struct Condition {
 };
 
 /// A message of the governor's that the emulator reads.
-struct Incoming {
+struct ReceivedMessage {
   const can::Database* database = nullptr;
   const can::Message* message = nullptr;
   can::IdPattern pattern;
@@ -75,7 +76,7 @@ struct Page {
 };
 
 /// A message that the emulator publishes.
-struct Outgoing {
+struct PublishedMessage {
   const can::Database* database = nullptr;
   const can::Message* message = nullptr;
   int cycle_ms = 0;
@@ -95,7 +96,7 @@ class Contract {
   explicit Contract(const Configuration& configuration);
 
   /// What the governor sends, the message with P1 first.
-  std::span<const Incoming> IncomingMessages() const noexcept { return incoming_; }
+  std::span<const ReceivedMessage> IncomingMessages() const noexcept { return incoming_; }
   /// That message.
   const can::Message& CommandMessage() const noexcept { return *incoming_.front().message; }
   /// Identifiers to receive.
@@ -106,12 +107,13 @@ class Contract {
 
   /// Frame of one published message; `turn` counts its frames: multiplexed ones send their pages in turn.
   /// Values that its signals cannot hold saturate; `saturated` tells which of the measured ones did
-  /// (positions, velocities, pressures; counters and times do so by design). Real-time safe.
-  can::Frame Encode(std::size_t message, const Telemetry& telemetry, std::uint64_t turn = 0,
-                    FieldSet* saturated = nullptr) const noexcept;
+  /// (positions, velocities, pressures; counters and times do so by design). What is not available has all
+  /// bits of its field 1. Real-time safe.
+  can::Frame Encode(std::size_t message, const Telemetry& telemetry, const Measured& measured = {},
+                    std::uint64_t turn = 0, FieldSet* saturated = nullptr) const noexcept;
 
   /// What is published, at most kMostMessages, by number.
-  std::span<const Outgoing> OutgoingMessages() const noexcept { return outgoing_; }
+  std::span<const PublishedMessage> OutgoingMessages() const noexcept { return outgoing_; }
   std::size_t MessageCount() const noexcept { return outgoing_.size(); }
   /// Layout of one published message.
   const can::Message& MessageOf(std::size_t message) const noexcept { return *outgoing_[message].message; }
@@ -132,8 +134,8 @@ class Contract {
 
  private:
   can::Databases databases_;
-  std::vector<Incoming> incoming_;
-  std::vector<Outgoing> outgoing_;
+  std::vector<ReceivedMessage> incoming_;
+  std::vector<PublishedMessage> outgoing_;
   double data_rate_ratio_ = 1.0;  ///< nominal to data bit rate of CAN FD
 };
 

@@ -87,6 +87,9 @@ class Bus {
 ///         interface, device or permission is missing.
 std::unique_ptr<Bus> OpenBus(const std::string& url, const BusOptions& options);
 
+/// Only the form of the URL, "auto" included: opens nothing. @throws UsageError as OpenBus
+void CheckUrl(const std::string& url);
+
 /// What `--can auto` means on this machine: the first of `interfaces` that the kernel has, else "slcan:pty".
 std::string AutomaticUrl(std::span<const std::string> interfaces);
 
