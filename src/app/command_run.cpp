@@ -102,9 +102,23 @@ std::vector<std::string> BusNames(const can::Network& network) {
   return names;
 }
 
+FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clock clock) {
+  FaultContext context;
+  context.contract = &setup.contract;
+  context.surroundings.unfaulted = &setup.configuration.model;
+  context.surroundings.real_time = clock == Clock::kReal;
+  for (const auto& bus : network.Buses()) {
+    const char* why = bus->WhyNoErrorFrames();
+    if (why != nullptr) context.surroundings.why_no_error_frames = why;
+  }
+  return context;
+}
+
 /// Faults belong on a bus that no real machine is on, unless the configuration says otherwise.
-control::Permissions PermissionsOf(const Configuration& configuration, const can::Network& network) {
-  control::Permissions permissions{&configuration.model, configuration.fault.armed == Armed::kYes, {}};
+control::Permissions PermissionsOf(const Setup& setup, const can::Network& network, Clock clock) {
+  const Configuration& configuration = setup.configuration;
+  control::Permissions permissions{
+      FaultContextOf(setup, network, clock), configuration.fault.armed == Armed::kYes, {}};
   if (permissions.armed) return permissions;
   if (configuration.fault.armed == Armed::kNo) {
     permissions.why_not_armed = "faults are not armed: fault.armed = \"no\"";
@@ -161,8 +175,9 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   if (from) emulator.Restore(*from);
   const std::string ready = ReadyLine(network, emulator.Final(), emulator_options);
   SnapshotWriter snapshots(options.snapshots, texts);
-  const auto control = OpenControl(options.control, emulator, PermissionsOf(configuration, network));
-  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get());
+  const auto control = OpenControl(options.control, emulator, PermissionsOf(setup, network, options.clock));
+  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get(),
+              setup.contract);
   std::string missing;
   for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
   if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);

@@ -17,7 +17,8 @@ class Watch {
   /// Before the emulator starts. @param statistics  file to write each second; empty: none
   /// @param control  null: none. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
-        std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control);
+        std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
+        const Contract& contract);
 
   /// Until a stop signal or the end of the run.
   void Run(const StopSignals& signals);
@@ -28,6 +29,7 @@ class Watch {
   /// @return whether one asked for the end
   bool TakeSignals(const StopSignals& signals);
   void LogWhatWentWrong();
+  void LogFaults();
   void WriteStatisticsSoFar();
   void TellEachSecond();
 
@@ -37,9 +39,11 @@ class Watch {
   std::filesystem::path statistics_;
   const SnapshotWriter& snapshots_;
   control::Server* control_;
+  const Contract& contract_;
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;
+  std::uint64_t snapshots_refused_ = 0;
   bool terminal_;
   std::int64_t last_ns_;
   std::uint64_t last_tick_ = 0;
