@@ -53,8 +53,8 @@ class Loader {
       Read(table, "", file.string(), file.parent_path());
     } catch (const toml::parse_error& error) {
       const auto line = error.source().begin.line;
-      throw UsageError(file.string() + (line != 0 ? ":" + std::to_string(line) : "") + ": " +
-                       std::string(error.description()));
+      throw UsageError(OneLine(file.string() + (line != 0 ? ":" + std::to_string(line) : "") + ": " +
+                               std::string(error.description())));
     }
   }
 
@@ -73,8 +73,33 @@ class Loader {
     Set(setting.substr(0, equals), *table.get("value"), place, {});
   }
 
-  /// Checks what no key can tell alone.
+  void Apply(const KeySetting& setting) {
+    const toml::table table = toml::parse("value = " + setting.value);
+    Set(setting.key, *table.get("value"), setting.place, setting.directory);
+  }
+
+  /// Checks what no key can tell alone. @throws UsageError with a line for each mistake so far
   Configuration Finish() {
+    ThrowMistakes();
+    Try(0, [&] { CheckTogether(); });
+    Try(0, [&] { ReadLoad(); });
+    ThrowMistakes();
+    return config_;
+  }
+  /// Keys that no source has set keep their defaults; the files among them lie beside the configuration.
+  void UseDefaultsBeside(const std::filesystem::path& file) {
+    config_.load_file = (file.parent_path() / config_.load_file).string();
+    config_.can.dbc = (file.parent_path() / config_.can.dbc).string();
+  }
+
+ private:
+  void ThrowMistakes() const {
+    std::string all;
+    for (const auto& [line, mistake] : mistakes_) all += (all.empty() ? "" : "\n") + mistake;
+    if (!all.empty()) throw UsageError(all);
+  }
+
+  void CheckTogether() const {
     const model::ServoParameters& servo = config_.model.servo;
     if (!(servo.relay_piston_rod_diameter_in < servo.relay_piston_diameter_in)) {
       Fail("servo.relay_piston_rod_diameter_in", Number(servo.relay_piston_rod_diameter_in),
@@ -93,21 +118,13 @@ class Loader {
     CheckCycle("publish.pressures_ms", config_.publish.pressures_ms);
     CheckCycle("publish.relay_ms", config_.publish.relay_ms);
     CheckCycle("publish.status_ms", config_.publish.status_ms);
+    CheckCycle("publish.bus_ms", config_.publish.bus_ms);
     const double dissolution_psi = config_.model.oil.dissolution_pressure_psi;
     if (dissolution_psi > 0.0 && dissolution_psi < 20.0) {
       Fail("oil.dissolution_pressure_psi", Number(dissolution_psi), "must be 0 or at least 20 psi absolute");
     }
-    ReadLoad();
-    return config_;
   }
 
-  /// Keys that no source has set keep their defaults; the files among them lie beside the configuration.
-  void UseDefaultsBeside(const std::filesystem::path& file) {
-    config_.load_file = (file.parent_path() / config_.load_file).string();
-    config_.can.dbc = (file.parent_path() / config_.can.dbc).string();
-  }
-
- private:
   void Read(const toml::table& table, const std::string& prefix, const std::string& file,
             const std::filesystem::path& directory) {
     for (const auto& [name, node] : table) {
@@ -115,8 +132,19 @@ class Loader {
       if (const toml::table* inner = node.as_table()) {
         Read(*inner, full + ".", file, directory);
       } else {
-        Set(full, node, file + ":" + std::to_string(node.source().begin.line), directory);
+        const auto line = node.source().begin.line;
+        Try(line, [&] { Set(full, node, file + ":" + std::to_string(line), directory); });
       }
+    }
+  }
+
+  /// A mistake in one key does not hide the others.
+  template <typename Act>
+  void Try(std::uint32_t line, Act&& act) {
+    try {
+      act();
+    } catch (const UsageError& error) {
+      mistakes_.emplace(line, OneLine(error.what()));
     }
   }
 
@@ -233,7 +261,8 @@ class Loader {
   }
 
   Configuration config_;
-  std::map<std::string, std::string> places_;  ///< key → "FILE:LINE" or "--set KEY=VALUE"
+  std::multimap<std::uint32_t, std::string> mistakes_;  ///< line → what is wrong there
+  std::map<std::string, std::string> places_;           ///< key → "FILE:LINE" or "--set KEY=VALUE"
 };
 
 }  // namespace
@@ -244,24 +273,25 @@ std::filesystem::path DefaultConfigurationFile() {
   return program.parent_path().parent_path() / "share" / "servohil" / "servohil.toml";
 }
 
-Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings) {
+Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings,
+                                const std::vector<KeySetting>& more) {
   const std::filesystem::path source = file.empty() ? DefaultConfigurationFile() : file;
   std::ifstream in(source, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   if (!in || std::filesystem::is_directory(source))
     throw UsageError(source.string() + ": there is no such file");
-  return ParseConfiguration(text, source, settings);
+  return ParseConfiguration(text, source, settings, more);
 }
 
 Configuration ParseConfiguration(std::string_view text, const std::filesystem::path& file,
-                                 const std::vector<std::string>& settings) try {
+                                 const std::vector<std::string>& settings,
+                                 const std::vector<KeySetting>& more) {
   Loader loader;
   loader.UseDefaultsBeside(file);
   loader.ReadText(text, file);
+  for (const KeySetting& setting : more) loader.Apply(setting);
   for (const std::string& setting : settings) loader.Apply(setting);
   return loader.Finish();
-} catch (const UsageError& error) {
-  throw UsageError(OneLine(error.what()));
 }
 
 }  // namespace servohil::app

@@ -22,12 +22,15 @@ void SimulationTask::Restore(const Snapshot& snapshot) noexcept {
   now_.sample = snapshot.sample;
   now_.status.commanded = snapshot.commanded;
   first_tick_ = snapshot.sample.tick;
+  first_command_tick_ = snapshot.sample.tick;
   clock_ = first_tick_;
 }
 
 bool SimulationTask::GoesOn() const noexcept {
-  return options_.duration_ticks == 0 ||
-         now_.sample.tick - first_tick_ + frozen_ticks_ < options_.duration_ticks;
+  if (options_.duration_ticks == 0) return true;
+  const bool waits = options_.is_scenario && !now_.status.commanded;
+  const std::uint64_t begin = options_.is_scenario && !waits ? first_command_tick_ : first_tick_;
+  return now_.sample.tick - begin + frozen_ticks_ < (waits ? options_.wait_ticks : options_.duration_ticks);
 }
 
 bool SimulationTask::Run(int ticks) noexcept {
@@ -93,6 +96,7 @@ void SimulationTask::TakeCommand() noexcept {
 }
 
 void SimulationTask::SetCommand(const Command& command) noexcept {
+  if (!now_.status.commanded) first_command_tick_ = now_.sample.tick;
   command_ = command;
   command_tick_ = now_.sample.tick;
   now_.status.commanded = true;
@@ -128,6 +132,7 @@ void SimulationTask::Tick() noexcept {
   ServeRequests();
   TakeFrames();
   TakeCommand();
+  FollowScript();
   Status& status = now_.status;
   now_.sample = status.commanded ? simulation_.Tick(command_.p1_psi) : simulation_.Rest();
   status.command_age_ticks = now_.sample.tick - command_tick_;
@@ -139,6 +144,7 @@ void SimulationTask::Tick() noexcept {
   ObserveFaults();
   TellFaults();
   if (options_.recorder != nullptr) options_.recorder->RecordTick(now_);
+  if (options_.feed != nullptr) options_.feed->Put(now_);
   if (options_.stall == nullptr) return;
   const fault::Stall stall = fault::StallAt(simulation_.Faults(), now_.sample.tick);
   if (stall.ms > 0.0) options_.stall(stall.ms);
@@ -215,9 +221,12 @@ Publication SimulationTask::PublicationNow(std::size_t message) const noexcept {
     publication.fate = fault::FateOfPublished(faults, static_cast<std::uint8_t>(message), Clock());
   const std::uint64_t tick = now_.sample.tick;
   if (!fault::Sensors::Act(faults, tick)) return publication;
-  publication.measured.is_truth = false;
   std::array<double, kMostQuantities> values{};
-  sensors_->Measure(faults, tick, Truth(values), publication.measured.values);
+  const std::span<const double> truth = Truth(values);
+  Measured& measured = publication.measured;
+  sensors_->Measure(faults, tick, truth, measured.values);
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    measured.changed |= std::uint64_t{measured.values[i] != truth[i]} << i;
   return publication;
 }
 
@@ -241,17 +250,25 @@ bool SimulationTask::TakeSnapshot() noexcept {
 void SimulationTask::ServeRequests() noexcept {
   constexpr int kMostAtOnce = 4;
   Request request;
-  for (int i = 0; i < kMostAtOnce && requests_.TryPop(request); ++i) Serve(request);
+  for (int i = 0; i < kMostAtOnce && requests_.TryPop(request); ++i) answers_.TryPush(Serve(request));
 }
 
-void SimulationTask::Serve(const Request& request) noexcept {
+void SimulationTask::FollowScript() noexcept {
+  const auto& script = options_.script;
+  while (now_.status.commanded && next_script_ < script.size() &&
+         first_command_tick_ + script[next_script_].tick <= now_.sample.tick + 1) {
+    const Answer answer = Serve(script[next_script_++].request);
+    if (answer.result == Answer::Result::kNoRoom) ++script_refused_;
+  }
+}
+
+Answer SimulationTask::Serve(const Request& request) noexcept {
   const std::uint64_t next_tick = now_.sample.tick + 1;
   fault::Schedule& faults = simulation_.Faults();
   Answer answer{request.number, Answer::Result::kApplied, next_tick};
   if (now_.status.mode == Mode::kFrozen && request.kind != Request::Kind::kSnapshot) {
     answer.result = Answer::Result::kFrozen;
-    answers_.TryPush(answer);
-    return;
+    return answer;
   }
   switch (request.kind) {
     case Request::Kind::kInject: {
@@ -280,10 +297,10 @@ void SimulationTask::Serve(const Request& request) noexcept {
       break;
   }
   PutFaults();
-  answers_.TryPush(answer);
   const bool is_influence = request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
                             request.kind == Request::Kind::kClearAll;
   if (is_influence) Influenced(request);
+  return answer;
 }
 
 }  // namespace servohil::app

@@ -25,7 +25,7 @@ constexpr int kAnswerMs = 1;  // while the simulation is to answer
 
 Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
              std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-             const Contract& contract)
+             Reloader& reloader, BusWatch& buses, const Contract& contract)
     : emulator_(emulator),
       network_(network),
       options_(options),
@@ -33,21 +33,34 @@ Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOpti
       snapshots_(snapshots),
       control_(control),
       contract_(contract),
+      reloader_(reloader),
+      buses_(buses),
       now_(emulator.Final()),
       terminal_(isatty(STDOUT_FILENO) != 0),
       last_ns_(rt::MonotonicNs()) {}
 
 void Watch::Run(const StopSignals& signals) {
+  manager_.TellReady();
   for (bool ended = false; !ended;) {
     ended = Wait(signals);
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
     LogFaults();
-    if (control_ != nullptr) control_->Serve(now_);
+    buses_.Look();
+    TellThatItLives();
+    if (control_ != nullptr) control_->Serve(now_, buses_.Reports());
     snapshots_.WriteAllOrTell(emulator_);
     if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
   }
+  manager_.TellStopping();
   if (terminal_) std::cout << '\n';
+}
+
+/// Only while the simulation's loop goes on: one that hangs lets the watchdog bite.
+void Watch::TellThatItLives() {
+  const std::uint64_t turns = emulator_.Turns();
+  if (turns != turns_) manager_.TellAlive();
+  turns_ = turns;
 }
 
 bool Watch::Wait(const StopSignals& signals) {
@@ -63,11 +76,19 @@ bool Watch::TakeSignals(const StopSignals& signals) {
   while (const int signal = signals.Next()) {
     if (signal == SIGUSR1) {
       emulator_.PutRequest({.kind = Request::Kind::kSnapshot});
+    } else if (signal == SIGHUP && !terminal_) {  // from a terminal that closes it is the end
+      Reload();
     } else {
       end = true;
     }
   }
   return end;
+}
+
+void Watch::Reload() {
+  manager_.TellReloading();
+  reloader_.Reload();
+  manager_.TellReady();
 }
 
 void Watch::LogWhatWentWrong() {
@@ -110,10 +131,12 @@ void Watch::WriteStatisticsSoFar() {
 
 void Watch::TellEachSecond() {
   const std::int64_t now_ns = rt::MonotonicNs();
-  if (terminal_) {
+  if (terminal_ || manager_.Exists()) {
     const double ticks_per_s =
         static_cast<double>(now_.sample.tick - last_tick_) * 1e9 / static_cast<double>(now_ns - last_ns_);
-    std::cout << "\r\033[K" << StatusLine(now_, ticks_per_s, emulator_, network_.Statistics()) << std::flush;
+    const std::string line = StatusLine(now_, ticks_per_s, emulator_, network_.Statistics());
+    manager_.TellStatus(line);
+    if (terminal_) std::cout << "\r\033[K" << line << std::flush;
   }
   WriteStatisticsSoFar();
   last_ns_ = now_ns;

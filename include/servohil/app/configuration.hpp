@@ -44,6 +44,13 @@ struct CanSettings {
   std::vector<std::string> interfaces = {"vcan0", "can0"};
   int bit_rate_bit_s = 500'000;
   int command_cycle_ms = 10;  ///< expected of the governor; for the bus load
+  bool allow_physical = false;
+  bool configure = false;  ///< sets up kernel interfaces at the start
+  double sample_point = 0.875;
+  int restart_ms = 100;  ///< of the kernel, after bus-off; 0: the emulator restarts, by the two below
+  int backoff_ms = 100;
+  int most_backoff_ms = 10'000;
+  int queue_length = 16;
 };
 
 /// Cycle times of the published messages [ms]; 0: not sent.
@@ -52,6 +59,7 @@ struct PublishSettings {
   int pressures_ms = 10;
   int relay_ms = 100;
   int status_ms = 100;
+  int bus_ms = 1000;
 };
 
 struct Configuration {
@@ -111,14 +119,24 @@ inline std::span<const char* const> NamesOf(Overrun) {
   return kNames;
 }
 
-/// Reads `file` (or the default configuration when empty), applies `settings` ("KEY=VALUE") in order, reads
-/// the load table, checks everything. Relative paths in the file are relative to the file, in `settings` to
-/// the current directory.
-/// @throws UsageError, one line: file, line, key, value and what would be right
-Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings);
+/// One key, set elsewhere than in the configuration file.
+struct KeySetting {
+  std::string key;
+  std::string value;                ///< as TOML writes it
+  std::string place;                ///< "FILE:LINE", for messages
+  std::filesystem::path directory;  ///< to which a path in `value` is relative
+};
+
+/// Reads `file` (or the default configuration when empty), applies `more` and then `settings` ("KEY=VALUE")
+/// in order, reads the load table, checks everything. Relative paths in the file are relative to the file, in
+/// `settings` to the current directory.
+/// @throws UsageError, one line for each mistake: file, line, key, value and what would be right
+Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings,
+                                const std::vector<KeySetting>& more = {});
 /// The same for what stands in `file`.
 Configuration ParseConfiguration(std::string_view text, const std::filesystem::path& file,
-                                 const std::vector<std::string>& settings);
+                                 const std::vector<std::string>& settings,
+                                 const std::vector<KeySetting>& more = {});
 
 /// The configuration that applies without -c: ./config/servohil.toml, else the installed one beside the
 /// program.

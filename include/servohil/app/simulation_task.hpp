@@ -13,6 +13,7 @@
 #include "servohil/app/publication.hpp"
 #include "servohil/app/recording/recorder.hpp"
 #include "servohil/app/request.hpp"
+#include "servohil/app/sample_feed.hpp"
 #include "servohil/app/simulation.hpp"
 #include "servohil/app/telemetry.hpp"
 #include "servohil/fault/effects.hpp"
@@ -42,6 +43,12 @@ struct TaskOptions {
   Recorder* recorder = nullptr;               ///< must outlive the task; none: nothing is recorded
   void (*stall)(double ms) noexcept =
       nullptr;  ///< of the fault missed_ticks; none: there is no deadline to miss
+
+  // Of a scenario, whose time begins with the first command.
+  bool is_scenario = false;       ///< duration_ticks count from then on
+  std::uint64_t wait_ticks = 0;   ///< the run ends after so many without a command
+  std::vector<Influence> script;  ///< faults; tick 1 is the first that has a command
+  SampleFeed* feed = nullptr;     ///< gets every tick; must outlive the task; none: nobody looks
 };
 
 class SimulationTask {
@@ -105,6 +112,9 @@ class SimulationTask {
   /// After which this run began: 0, or that of the snapshot. Any thread.
   std::uint64_t FirstTick() const noexcept { return first_tick_; }
 
+  /// Entries of the script that could not be followed: too many faults at once. After the run.
+  std::uint64_t ScriptRefused() const noexcept { return script_refused_; }
+
   /// From the arrival of a command's frame to the first tick that used it. Any thread.
   const rt::LatencyHistogram& ArrivalToTick() const noexcept { return arrival_to_tick_; }
 
@@ -113,7 +123,8 @@ class SimulationTask {
   void TakeCommand() noexcept;
   void SetCommand(const Command& command) noexcept;
   void Publish(std::uint64_t tick) noexcept;
-  void Serve(const Request& request) noexcept;
+  void FollowScript() noexcept;
+  Answer Serve(const Request& request) noexcept;
   void TakeFrames() noexcept;
   void TakeFrame(std::uint32_t id, bool extended) noexcept;
   void Influenced(const Request& request) noexcept;
@@ -138,6 +149,9 @@ class SimulationTask {
   std::uint64_t frozen_ticks_ = 0;  ///< for which simulated time stood still
   bool over_limit_ = false;         ///< more to catch up than allowed, at the last wake-up
   std::size_t next_snapshot_ = 0;
+  std::uint64_t first_command_tick_ = 0;  ///< after which it came
+  std::size_t next_script_ = 0;
+  std::uint64_t script_refused_ = 0;
   rt::LatencyHistogram arrival_to_tick_;
 
   rt::Mailbox<Command> commands_;
