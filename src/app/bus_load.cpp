@@ -2,11 +2,6 @@
 
 namespace servohil::app {
 
-int WorstCaseFrameBits(int size_bytes, bool extended) noexcept {
-  const int stuffable = (extended ? 54 : 34) + 8 * size_bytes;
-  return stuffable + 13 + (stuffable - 1) / 4;
-}
-
 std::vector<Contract::Load> Contract::BusLoad(int command_cycle_ms) const {
   const auto load = [](const can::Message& message, int cycle_ms) {
     const double bits = WorstCaseFrameBits(message.size_bytes, message.extended);

@@ -54,10 +54,11 @@ void Sender::SendWaiting(bool at_once) noexcept {
   }
 }
 
-void Sender::SendAll(Telemetry telemetry, const std::atomic<bool>& stop) noexcept {
+void Sender::SendAll(Telemetry telemetry, const std::atomic<bool>& stop,
+                     std::span<const std::size_t> order) noexcept {
   conditions_.Take(bus_);
   telemetry.bus = bus_;
-  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+  for (const std::size_t i : order) {
     const can::Frame frame = contract_.Encode(i, telemetry);
     can::SendResult result = network_.Send(frame);
     while (result == can::SendResult::kQueueFull && !stop.load(std::memory_order_relaxed)) {

@@ -16,6 +16,7 @@
 #include "servohil/app/telemetry.hpp"
 #include "servohil/can/dbc.hpp"
 #include "servohil/can/frame.hpp"
+#include "servohil/can/frame_bits.hpp"
 
 namespace servohil::app {
 
@@ -78,10 +79,6 @@ class Contract {
   std::vector<Outgoing> outgoing_;
 };
 
-/// Longest time on the bus, in bits, of a classical frame with `size_bytes` of data: worst-case stuffing and
-/// interframe space included. Davis, Burns, Bril, Lukkien, "Controller Area Network schedulability analysis",
-/// Real-Time Systems 35 (2007), eq. (1): g + 8s + 13 + floor((g + 8s - 1)/4), g = 34 (standard) or 54
-/// (extended).
-int WorstCaseFrameBits(int size_bytes, bool extended) noexcept;
+using can::WorstCaseFrameBits;
 
 }  // namespace servohil::app

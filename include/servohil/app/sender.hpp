@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "servohil/app/contract.hpp"
@@ -45,8 +46,9 @@ class Sender {
   /// The same at the end: whatever waits, at once.
   void SendRest() noexcept { SendWaiting(true); }
 
-  /// Lockstep: every message, with this state; a full queue is waited for until `stop`.
-  void SendAll(Telemetry telemetry, const std::atomic<bool>& stop) noexcept;
+  /// Lockstep: every message in this order, with this state; a full queue is waited for until `stop`.
+  void SendAll(Telemetry telemetry, const std::atomic<bool>& stop,
+               std::span<const std::size_t> order) noexcept;
 
   /// Every message that carries the mode, which is STOPPED.
   void SendStopped() noexcept;
