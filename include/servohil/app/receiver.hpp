@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "servohil/app/contract.hpp"
+#include "servohil/app/delayed.hpp"
 #include "servohil/app/recording/recorder.hpp"
 #include "servohil/app/simulation_task.hpp"
 #include "servohil/can/error_frame.hpp"
@@ -21,6 +22,7 @@ struct ReceiveCounters {
   std::atomic<std::uint64_t> foreign{0};
   std::atomic<std::uint64_t> malformed{0};
   std::atomic<std::uint64_t> out_of_range{0};
+  std::atomic<std::uint64_t> faulted{0};  ///< lost by an injected fault: not among the others
   std::atomic<std::uint64_t> conflicting{
       0};                                ///< another node's, with an identifier that the emulator publishes
   std::atomic<std::uint64_t> errors{0};  ///< error frames
@@ -33,8 +35,12 @@ class Receiver {
   Receiver(const Contract& contract, SimulationTask& task, Recorder* recorder, std::size_t buses)
       : contract_(contract), task_(task), recorder_(recorder), inputs_(buses) {}
 
-  /// @return whether it was a valid command
+  /// Faults may lose it or let it wait. @return whether it was a valid command, whatever becomes of it
   bool Take(const can::Frame& frame) noexcept;
+  /// Evaluates what has waited long enough.
+  void TakeDelayed() noexcept;
+  /// Something waits.
+  bool HasDelayed() const noexcept { return !delayed_.Empty(); }
 
   /// Any thread.
   const ReceiveCounters& Counters() const noexcept { return counters_; }
@@ -52,14 +58,20 @@ class Receiver {
     std::atomic<std::uint64_t> conflicts{0};
   };
 
-  bool TakeCommand(const can::Frame& frame) noexcept;
+  void Evaluate(const can::Frame& frame) noexcept;
+  void TakeCommand(const can::Frame& frame) noexcept;
   void TakeError(const can::Frame& frame) noexcept;
   bool IsOurs(const can::Frame& frame) const noexcept;
+
+  static constexpr std::size_t kMostDelayed = 1'024;
 
   const Contract& contract_;
   SimulationTask& task_;
   Recorder* recorder_;
   std::deque<Input> inputs_;  ///< of each bus
+  fault::Schedule faults_;
+  std::uint64_t arrivals_ = 0;
+  Delayed<can::Frame> delayed_{kMostDelayed};
   ReceiveCounters counters_;
 };
 

@@ -20,7 +20,7 @@ Json ToJson(const toml::node& node) {
 /// What the control socket makes of it; its refusal becomes a mistake at the line of the key that it names.
 Influence Understood(const Entry& entry, const Json& request, std::uint64_t after_ticks,
                      const control::Permissions& permissions) {
-  const control::Understood understood = control::Understand(request, permissions);
+  const control::Understood understood = control::Understand(request.dump(), permissions).asks;
   if (const auto* asked = std::get_if<Request>(&understood)) return {after_ticks + 1, *asked};
   const std::string reason = std::get<Json>(understood).value("reason", "");
   for (const auto& [name, node] : entry.Table()) {
