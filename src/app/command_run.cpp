@@ -27,7 +27,6 @@
 #include "servohil/app/envelope_check.hpp"
 #include "servohil/app/run_texts.hpp"
 #include "servohil/app/ticks.hpp"
-#include "servohil/can/dbc.hpp"
 #include "servohil/can/network.hpp"
 #include "servohil/error.hpp"
 #include "snapshot_writer.hpp"
@@ -61,7 +60,7 @@ struct Setup {
         configuration(LoadFor(scenario.get(), options.configuration)),
         derived(configuration.model),
         start(RequireSteadyStateAt(derived, configuration.start_x3_in)),
-        contract(can::ReadDbc(configuration.can.dbc), configuration.publish) {}
+        contract(configuration) {}
 
   std::unique_ptr<scenario::ScenarioFile> scenario;  ///< null: none
   Configuration configuration;
@@ -132,7 +131,7 @@ can::BusModelSettings BusModelOf(const CanSettings& can) {
 
 can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options) {
   can::BusOptions bus;
-  bus.wanted = {{setup.contract.CommandId(), setup.contract.CommandIsExtended()}};
+  bus.wanted = setup.contract.Wanted();
   if (options.clock == Clock::kLockstep && options.lockstep.sync_id >= 0)
     bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});
   // What another node sends with an identifier of ours is to be seen, too.

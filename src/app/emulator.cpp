@@ -207,8 +207,8 @@ void Emulator::RunModelledLockstep() {
     }
     std::uint64_t tick = task_->Now().sample.tick;
     lockstep_bus_->Offer(*frame, tick);
-    const bool is_command = !frame->remote && frame->id == contract_.CommandId() &&
-                            frame->extended == contract_.CommandIsExtended();
+    const bool is_command =
+        !frame->remote && contract_.IncomingMessages().front().pattern.Matches(frame->id, frame->extended);
     if (!LetsTimePass(*frame, is_command)) continue;
     const std::uint64_t end = tick + static_cast<std::uint64_t>(options_.lockstep.ticks);
     for (auto passed = lockstep_bus_->Next(end); passed; passed = lockstep_bus_->Next(end)) {

@@ -18,7 +18,9 @@ std::string Contents(const std::string& text) {
 }  // namespace
 
 KeyValues KeyValuesOf(const RunTexts& texts) {
-  KeyValues values = {{"can.dbc", Contents(texts.dbc)},
+  std::string dbcs;
+  for (const std::string& dbc : texts.dbc) dbcs += dbc + '\0';
+  KeyValues values = {{"can.dbc", Contents(dbcs)},
                       {"load.file", Contents(texts.load_csv)},
                       {"load.closing_file", Contents(texts.load_closing_csv)}};
   std::istringstream lines(texts.configuration_toml);

@@ -3,8 +3,9 @@
 /// identifier of those that wait first. No clock: whoever asks says what time it is.
 ///
 /// All that waits takes part in each arbitration, also several frames of one node: as with a controller that
-/// sends the most important of its frames first, the model of Davis, Burns, Bril, Lukkien (frame_bits.hpp).
-/// Frames of one identifier stay in their order. Nothing is ever disturbed or lost but by a full queue.
+/// sends the most important of its frames first, the model of Davis, Burns, Bril, Lukkien (2007;
+/// frame_bits.hpp). Frames of one identifier stay in their order. Nothing is ever disturbed or lost but by a
+/// full queue.
 
 #include <cstddef>
 #include <cstdint>
@@ -56,6 +57,7 @@ class BusModel {
   std::optional<std::int64_t> NextEnd() const noexcept;
 
   const BusModelStatistics& Statistics() const noexcept { return statistics_; }
+  /// Longest time on the bus; of CAN FD all of it at the nominal bit rate, an upper bound.
   std::int64_t DurationNs(const Frame& frame) const noexcept;
 
  private:
