@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "servohil/app/ticks.hpp"
-#include "servohil/can/arbitration.hpp"
+#include "servohil/can/frame_bits.hpp"
 
 namespace servohil::app {
 namespace {

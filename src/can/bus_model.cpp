@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "servohil/can/arbitration.hpp"
 #include "servohil/can/frame_bits.hpp"
 
 namespace servohil::can {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <random>
 
+#include "servohil/can/frame_bits.hpp"
+
 namespace servohil::can {
 namespace {
 
@@ -25,6 +27,17 @@ BusModel At(std::uint32_t bit_rate_bit_s, std::size_t queue_length = 16) {
 
 constexpr auto kOurs = BusModel::From::kUs;
 constexpr auto kTheirs = BusModel::From::kOthers;
+
+/// Davis et al., eqs. (2) and (3): 55 + 10 s bits with an identifier of 11 bits, 80 + 10 s with 29.
+TEST(FrameBits, AreTheLongestThatDavisBurnsBrilLukkienGive) {
+  for (int size_bytes = 0; size_bytes <= 8; ++size_bytes) {
+    EXPECT_EQ(WorstCaseBits(FrameOf(1, size_bytes)).nominal, 55 + 10 * size_bytes);
+    EXPECT_EQ(WorstCaseBits(FrameOf(1, size_bytes, true)).nominal, 80 + 10 * size_bytes);
+  }
+  Frame remote = FrameOf(1, 8);
+  remote.remote = true;
+  EXPECT_EQ(WorstCaseBits(remote).nominal, 55);
+}
 
 /// 8 bytes: 135 bits, 270 us at 500 kbit/s, 135 us at 1 Mbit/s, 1.08 ms at 125 kbit/s.
 TEST(BusModel, AFrameTakesItsWorstCaseTime) {

@@ -3,9 +3,8 @@
 /// identifier of those that wait first. No clock: whoever asks says what time it is.
 ///
 /// All that waits takes part in each arbitration, also several frames of one node: as with a controller that
-/// sends the most important of its frames first, the model of Davis, Burns, Bril, Lukkien (2007;
-/// frame_bits.hpp). Frames of one identifier stay in their order. Nothing is ever disturbed or lost but by a
-/// full queue.
+/// sends the most important of its frames first, the model of Davis, Burns, Bril, Lukkien (frame_bits.hpp).
+/// Frames of one identifier stay in their order. Nothing is ever disturbed or lost but by a full queue.
 
 #include <cstddef>
 #include <cstdint>
