@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "servohil/app/contract.hpp"
+#include "servohil/app/lockstep_bus.hpp"
 #include "servohil/app/receiver.hpp"
 #include "servohil/app/sender.hpp"
 #include "servohil/app/simulation_task.hpp"
@@ -40,7 +41,8 @@ struct EmulatorOptions {
   TaskOptions task;
   Clock clock = Clock::kReal;  ///< kReal or kLockstep
   LockstepSettings lockstep;
-  RealTime real_time = RealTime::kPrefer;  ///< of no importance in lockstep
+  std::optional<can::BusModelSettings> lockstep_bus;  ///< in lockstep, frames take their time and turn
+  RealTime real_time = RealTime::kPrefer;             ///< of no importance in lockstep
 };
 
 class Emulator {
@@ -77,6 +79,8 @@ class Emulator {
     return receiver_->TakeErrors(bus, errors);
   }
   std::uint64_t Conflicts(std::size_t bus) const noexcept { return receiver_->Conflicts(bus); }
+  /// Of the bus model, where there is one; in lockstep after Stop().
+  std::optional<can::BusModelStatistics> ModelledBus() const noexcept;
   /// For the messages that tell it.
   void PutBusCondition(const can::BusCondition& condition) noexcept { sender_->PutBusCondition(condition); }
   const SendCounters& Sent() const noexcept { return sender_->Counters(); }
@@ -102,6 +106,7 @@ class Emulator {
   void RunReceiver();
   void RunSender();
   void RunLockstep();
+  void RunModelledLockstep();
   bool LetsTimePass(const can::Frame& frame, bool is_command) const noexcept;
   /// Sets up the calling thread, then waits for the start.
   void BeReady(const char* name, int priority, int cpu);
@@ -113,6 +118,7 @@ class Emulator {
   std::unique_ptr<SimulationTask> task_;
   std::unique_ptr<Receiver> receiver_;
   std::unique_ptr<Sender> sender_;
+  std::optional<LockstepBus> lockstep_bus_;
   rt::PeriodicLoop loop_;
   std::int64_t first_deadline_ns_ = 0;
   long loop_page_faults_ = 0;
