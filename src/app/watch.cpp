@@ -43,6 +43,7 @@ void Watch::Run(const StopSignals& signals) {
     ended = Wait(signals);
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
+    LogSaturation();
     TellThatItLives();
     if (control_ != nullptr) control_->Serve(now_);
     snapshots_.WriteAllOrTell(emulator_);
@@ -100,7 +101,6 @@ void Watch::LogWhatWentWrong() {
     timing_valid_ = false;
     spdlog::warn("late ticks before tick {}: the run is INVALID", now_.sample.tick);
   }
-  LogSaturation();
 }
 
 /// Each signal once.
