@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "bus_setup.hpp"
+#include "bus_watch.hpp"
 #include "check_configuration.hpp"
 #include "commands.hpp"
 #include "control/server.hpp"
@@ -129,7 +130,13 @@ can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options)
   bus.wanted = setup.contract.Wanted();
   if (options.clock == Clock::kLockstep && options.lockstep.sync_id >= 0)
     bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});
-  bus.bit_rate_bit_s = static_cast<std::uint32_t>(setup.configuration.can.bit_rate_bit_s);
+  // What another node sends with an identifier of ours is to be seen, too.
+  for (std::size_t i = 0; i < setup.contract.MessageCount(); ++i)
+    bus.wanted.push_back({setup.contract.MessageOf(i).id, setup.contract.MessageOf(i).extended});
+  const CanSettings& can = setup.configuration.can;
+  bus.bit_rate_bit_s = static_cast<std::uint32_t>(can.bit_rate_bit_s);
+  bus.allow_physical = can.allow_physical;
+  if (can.configure) bus.configure = LinkSettingsOf(can);
   return bus;
 }
 
@@ -215,7 +222,9 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
                     {{"fault.armed", [&](const Configuration& now) {
                         if (control) control->Permit(PermissionsOf(now, configuration.model, network));
                       }}});
-  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get(), reloader);
+  BusWatch buses(emulator, network, configuration.can);
+  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get(), reloader,
+              buses);
   std::string missing;
   for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
   if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);

@@ -60,7 +60,7 @@ std::vector<can::WantedId> Contract::Wanted() const {
 std::optional<Demand> Contract::Decode(const can::Frame& frame, CommandRejection& rejection) const noexcept {
   rejection = CommandRejection::kUnknownId;
   const auto incoming = std::find_if(incoming_.begin(), incoming_.end(), [&](const ReceivedMessage& one) {
-    return one.pattern.Matches(frame.id, frame.extended);
+    return !frame.error && one.pattern.Matches(frame.id, frame.extended);
   });
   if (incoming == incoming_.end()) return std::nullopt;
   if (frame.remote || int{frame.size} < incoming->message->size_bytes) {

@@ -28,6 +28,7 @@ constexpr std::array kDefaultMessages = std::to_array<DefaultMessage>({
     {"SERVO_Position", &PublishSettings::position_ms},
     {"SERVO_Pressures", &PublishSettings::pressures_ms},
     {"SERVO_Relay", &PublishSettings::relay_ms},
+    {"SERVO_Bus", &PublishSettings::bus_ms},
     {"SERVO_Status", &PublishSettings::status_ms},
 });
 

@@ -25,7 +25,7 @@ constexpr int kAnswerMs = 1;  // while the simulation is to answer
 
 Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
              std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-             Reloader& reloader)
+             Reloader& reloader, BusWatch& buses)
     : emulator_(emulator),
       network_(network),
       options_(options),
@@ -33,6 +33,7 @@ Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOpti
       snapshots_(snapshots),
       control_(control),
       reloader_(reloader),
+      buses_(buses),
       now_(emulator.Final()),
       terminal_(isatty(STDOUT_FILENO) != 0),
       last_ns_(rt::MonotonicNs()) {}
@@ -44,8 +45,9 @@ void Watch::Run(const StopSignals& signals) {
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
     LogSaturation();
+    buses_.Look();
     TellThatItLives();
-    if (control_ != nullptr) control_->Serve(now_);
+    if (control_ != nullptr) control_->Serve(now_, buses_.Reports());
     snapshots_.WriteAllOrTell(emulator_);
     if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
   }

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "bus_watch.hpp"
 #include "control/server.hpp"
 #include "reload.hpp"
 #include "service_manager.hpp"
@@ -21,7 +22,7 @@ class Watch {
   /// @param reloader  called at SIGHUP. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
         std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-        Reloader& reloader);
+        Reloader& reloader, BusWatch& buses);
 
   /// Until a stop signal or the end of the run.
   void Run(const StopSignals& signals);
@@ -46,6 +47,7 @@ class Watch {
   control::Server* control_;
   Reloader& reloader_;
   ServiceManager manager_;
+  BusWatch& buses_;
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;

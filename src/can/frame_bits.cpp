@@ -29,4 +29,18 @@ FrameBits WorstCaseBits(const Message& message) noexcept {
   return {WorstCaseFrameBits(message.size_bytes, message.extended), 0};
 }
 
+FrameBits WorstCaseBits(const Frame& frame) noexcept {
+  if (frame.fd) return WorstCaseFdFrameBits(frame.size, frame.extended, frame.bit_rate_switch);
+  return {WorstCaseFrameBits(frame.remote ? 0 : frame.size, frame.extended), 0};
+}
+
+std::uint32_t ArbitrationRank(const Frame& frame) noexcept {
+  // 11 bits of the id; RTR, or SRR which is recessive; IDE; the other 18 bits; RTR.
+  const std::uint32_t remote = frame.remote ? 1U : 0U;
+  if (!frame.extended) return frame.id << 21U | remote << 20U;
+  constexpr std::uint32_t kSrrAndIde = 3U << 19U;
+  constexpr std::uint32_t kLow18 = 0x3'FFFF;
+  return (frame.id >> 18U) << 21U | kSrrAndIde | (frame.id & kLow18) << 1U | remote;
+}
+
 }  // namespace servohil::can

@@ -12,8 +12,9 @@ namespace {
 
 /// Nothing published.
 Configuration QuietConfiguration() {
-  return LoadConfiguration(testing::kConfigurationFile, {"publish.position_ms=0", "publish.pressures_ms=0",
-                                                         "publish.relay_ms=0", "publish.status_ms=0"});
+  return LoadConfiguration(testing::kConfigurationFile,
+                           {"publish.position_ms=0", "publish.pressures_ms=0", "publish.relay_ms=0",
+                            "publish.bus_ms=0", "publish.status_ms=0"});
 }
 
 std::string ErrorOf(const std::string& dbc) {
@@ -121,7 +122,8 @@ std::vector<int> BytesOf(const can::Frame& frame) {
   return {frame.data.begin(), frame.data.begin() + frame.size};
 }
 
-const std::string kQuiet = "[publish]\nposition_ms = 0\npressures_ms = 0\nrelay_ms = 0\nstatus_ms = 0\n";
+const std::string kQuiet =
+    "[publish]\nbus_ms = 0\nposition_ms = 0\npressures_ms = 0\nrelay_ms = 0\nstatus_ms = 0\n";
 
 TEST(Contract, P1IsConvertedFromItsUnit) {
   const std::string dbc = "BO_ 1 GOV: 3 X\n SG_ P1 : 15|16@0+ (0.001,0) [0|0] \"bar\" X\n";
@@ -320,6 +322,15 @@ TEST(Contract, TheExampleOfAForeignGovernorIsSound) {
   EXPECT_EQ(contract.MessagesCarrying("command_age_ms"), SetOf(2));
   // J1939: bits of no signal are ones.
   EXPECT_EQ(contract.Encode(0, {}).data[7], 0xFF);
+}
+
+TEST(Contract, TheProtocolNamesEveryQuantity) {
+  std::ifstream in(SERVOHIL_CONFIG_DIR "/../PROTOCOL.md");
+  const std::string protocol{std::istreambuf_iterator<char>(in), {}};
+  for (const Quantity& quantity : Quantities()) {
+    const std::string row = "| `" + std::string(quantity.name) + "` | `" + quantity.signal + "` |";
+    EXPECT_NE(protocol.find(row), std::string::npos) << row;
+  }
 }
 
 }  // namespace

@@ -46,6 +46,13 @@ struct CanSettings {
   std::vector<std::string> interfaces = {"vcan0", "can0"};
   int bit_rate_bit_s = 500'000;
   int data_bit_rate_bit_s = 2'000'000;  ///< of CAN FD frames with bit-rate switch
+  bool allow_physical = false;
+  bool configure = false;  ///< sets up kernel interfaces at the start
+  double sample_point = 0.875;
+  int restart_ms = 100;  ///< of the kernel, after bus-off; 0: the emulator restarts, by the two below
+  int backoff_ms = 100;
+  int most_backoff_ms = 10'000;
+  int queue_length = 16;
   CommandSettings command;
   std::vector<MessageSettings> publish;  ///< empty: servohil's own messages, PublishSettings
 };
@@ -56,6 +63,7 @@ struct PublishSettings {
   int pressures_ms = 10;
   int relay_ms = 100;
   int status_ms = 100;
+  int bus_ms = 1000;
 };
 
 struct Configuration {

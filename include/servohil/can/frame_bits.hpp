@@ -1,5 +1,8 @@
 #pragma once
-/// How long a frame keeps the bus, in bits, at worst-case stuffing, interframe space included.
+/// How long a frame keeps the bus, in bits, at worst-case stuffing, interframe space included; and who goes
+/// first.
+
+#include <cstdint>
 
 #include "servohil/can/dbc.hpp"
 #include "servohil/can/frame.hpp"
@@ -28,5 +31,12 @@ FrameBits WorstCaseFdFrameBits(int size_bytes, bool extended, bool bit_rate_swit
 
 /// Of a message of a DBC file.
 FrameBits WorstCaseBits(const Message& message) noexcept;
+/// Of any frame; a remote frame has no data.
+FrameBits WorstCaseBits(const Frame& frame) noexcept;
+
+/// Among frames that begin at once the smallest wins: the bits of the arbitration field in their order, a
+/// dominant one 0. A standard frame wins against an extended one with the same first 11 bits, a data frame
+/// against a remote one.
+std::uint32_t ArbitrationRank(const Frame& frame) noexcept;
 
 }  // namespace servohil::can
