@@ -13,18 +13,25 @@ namespace servohil::app {
 namespace {
 
 constexpr int kTicksPerMs = 10;
+constexpr double kNsPerMs = 1e6;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.
 constexpr std::int64_t kSenderDelayNs = 50'000;
 constexpr int kReceiverPriorityBelow = 5;
 constexpr int kSenderPriorityBelow = 10;
 constexpr int kForEver = -1;
+constexpr int kLookForDelayedMs = 1;
 constexpr int kLookForRequestsMs = 2;  ///< in lockstep, where no tick does
 
 /// In lockstep each answer has every message, whatever its cycle.
 TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contract) {
   TaskOptions task = options.task;
-  if (options.clock == Clock::kReal) task.cycle_ticks = contract.Cycles();
+  if (options.clock == Clock::kReal) {
+    task.cycle_ticks = contract.Cycles();
+    task.stall = [](double ms) noexcept {
+      rt::SleepUntil(rt::MonotonicNs() + static_cast<std::int64_t>(ms * kNsPerMs));
+    };
+  }
   task.tell_lateness = contract.MessagesCarrying("recent_lateness_ms");
   return task;
 }
@@ -133,7 +140,9 @@ void Emulator::RunSimulation() {
 void Emulator::RunReceiver() {
   BeReady("can_rx", options_.task.loop.priority - kReceiverPriorityBelow, -1);
   while (!stop_.load(std::memory_order_relaxed)) {
-    if (const std::optional<can::Frame> frame = network_.Receive(kForEver)) receiver_->Take(*frame);
+    const int wait_ms = receiver_->HasDelayed() ? kLookForDelayedMs : kForEver;
+    if (const std::optional<can::Frame> frame = network_.Receive(wait_ms)) receiver_->Take(*frame);
+    receiver_->TakeDelayed();
   }
 }
 
@@ -159,8 +168,9 @@ void Emulator::RunLockstep() {
     if (!frame) continue;
     const bool is_command = receiver_->Take(*frame);
     if (!LetsTimePass(*frame, is_command)) continue;
+    receiver_->TakeDelayed();
     goes_on = task_->Run(options_.lockstep.ticks);
-    sender_->SendAll(task_->Now(), stop_);
+    sender_->SendAll(stop_);
   }
   Finish();
 }

@@ -4,12 +4,15 @@
 #include <array>
 #include <limits>
 
+#include "servohil/app/publication.hpp"
+
 namespace servohil::app {
 namespace {
 
 using T = Telemetry;
 
 constexpr double kTicksPerMs = 10.0;
+constexpr bool kMachines = false;  // doing: not repeatable
 
 double Ms(std::int64_t ns) noexcept {
   return static_cast<double>(ns) / 1e6;
@@ -44,7 +47,7 @@ constexpr std::array kQuantities = std::to_array<Quantity>({
     {"mode", "Mode", "", "State of the emulator",
      [](const T& t) { return static_cast<double>(t.status.mode); }},
     {"timing_valid", "TimingValid", "", "1 while no tick was late since the start; latched at 0",
-     [](const T& t) { return t.status.TimingValid() ? 1.0 : 0.0; }},
+     [](const T& t) { return t.status.TimingValid() ? 1.0 : 0.0; }, kMachines},
     {"model_fault", "ModelFault", "",
      "1 once the model left its domain; the values are then the last good ones",
      [](const T& t) { return t.sample.model_fault ? 1.0 : 0.0; }},
@@ -56,14 +59,16 @@ constexpr std::array kQuantities = std::to_array<Quantity>({
      [](const T& t) { return t.sample.unresolved_ticks > 0 ? 1.0 : 0.0; }},
     {"late_ticks", "LateTicks", "",
      "Ticks that began a wake period or more after their deadline, since the start",
-     [](const T& t) { return static_cast<double>(t.status.late.Total()); }},
+     [](const T& t) { return static_cast<double>(t.status.late.Total()); }, kMachines},
     {"worst_lateness_ms", "WorstLateness", "ms", "Worst lateness of a wake-up since the start",
-     [](const T& t) { return Ms(t.status.worst_lateness_ns); }},
+     [](const T& t) { return Ms(t.status.worst_lateness_ns); }, kMachines},
     {"recent_lateness_ms", "RecentLateness", "ms", "Worst lateness of a wake-up since it was told before",
-     [](const T& t) { return Ms(t.status.recent_lateness_ns); }},
+     [](const T& t) { return Ms(t.status.recent_lateness_ns); }, kMachines},
     {"command_age_ms", "CommandAge", "ms", "Time since the newest valid command; none yet: infinite",
      CommandAgeMs},
 });
+
+static_assert(kQuantities.size() <= kMostQuantities);
 
 }  // namespace
 

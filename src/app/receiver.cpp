@@ -14,13 +14,42 @@ std::int64_t ArrivalNs(const can::Frame& frame) noexcept {
 }  // namespace
 
 bool Receiver::Take(const can::Frame& frame) noexcept {
+  task_.TakeFaultsOfReceiver(faults_);
+  const std::uint64_t next_tick = task_.Clock() + 1;
+  CommandRejection rejection{};
+  const bool is_command = contract_.DecodeCommand(frame, rejection).has_value();
+  if (fault::LineAt(faults_, next_tick).down) {
+    ++counters_.faulted;
+    return is_command;
+  }
   if (recorder_ != nullptr) recorder_->RecordReceived(frame, frame.bus);
+  const fault::Reception fate = fault::FateOfArrived(faults_, arrivals_++, next_tick);
+  if (fate.lost) {
+    ++counters_.faulted;
+  } else if (fate.delay_ticks == 0) {
+    Evaluate(frame);
+  } else if (!delayed_.Push(task_.Clock() + fate.delay_ticks, frame)) {
+    ++counters_.faulted;
+  }
+  return is_command;
+}
+
+void Receiver::TakeDelayed() noexcept {
+  can::Frame frame;
+  while (delayed_.TryPop(task_.Clock(), frame)) {
+    frame.receive_time_ns = 0;  // it has arrived now
+    Evaluate(frame);
+  }
+}
+
+void Receiver::Evaluate(const can::Frame& frame) noexcept {
+  if (faults_.WaitsForFrame(frame.id, frame.extended)) task_.PutFrame(frame.id, frame.extended);
   CommandRejection rejection{};
   if (std::optional<Command> command = contract_.DecodeCommand(frame, rejection)) {
     command->arrival_ns = ArrivalNs(frame);
     task_.PutCommand(*command);
     ++counters_.commands;
-    return true;
+    return;
   }
   switch (rejection) {
     case CommandRejection::kUnknownId:
@@ -33,7 +62,6 @@ bool Receiver::Take(const can::Frame& frame) noexcept {
       ++counters_.out_of_range;
       break;
   }
-  return false;
 }
 
 }  // namespace servohil::app

@@ -9,10 +9,18 @@
 
 namespace servohil::app {
 
+namespace {
+
+std::string Contents(const std::string& text) {
+  return Formatted("contents %s", HashText(Fnv1a(text)).c_str());
+}
+
+}  // namespace
+
 KeyValues KeyValuesOf(const RunTexts& texts) {
-  KeyValues values = {{"can.dbc", "contents " + HashText(Fnv1a(texts.dbc))},
-                      {"load.file", "contents " + HashText(Fnv1a(texts.load_csv))},
-                      {"load.closing_file", "contents " + HashText(Fnv1a(texts.load_closing_csv))}};
+  KeyValues values = {{"can.dbc", Contents(texts.dbc)},
+                      {"load.file", Contents(texts.load_csv)},
+                      {"load.closing_file", Contents(texts.load_closing_csv)}};
   std::istringstream lines(texts.configuration_toml);
   std::map<std::string, int> seen;
   std::string section;
@@ -21,11 +29,11 @@ KeyValues KeyValuesOf(const RunTexts& texts) {
     if (equals == std::string::npos) {
       if (line.empty()) continue;
       section = line.substr(line.find_first_not_of('['), line.find(']') - line.find_first_not_of('['));
-      if (const int count = ++seen[section]; count > 1) section += "[" + std::to_string(count) + "]";
+      if (const int count = ++seen[section]; count > 1) section.append(Formatted("[%d]", count));
     } else {
       std::string value = line.substr(equals + 3);
       if (const std::size_t unit = value.rfind("  # "); unit != std::string::npos)
-        value.replace(unit, 4, " ");
+        value.erase(unit + 1, 3);
       values.emplace(section + "." + line.substr(0, equals), value);
     }
   }

@@ -16,13 +16,14 @@ SimulationTask::SimulationTask(const model::Parameters& parameters, const model:
 
 void SimulationTask::Restore(const Snapshot& snapshot) noexcept {
   simulation_.Restore(snapshot.sample, snapshot.faults);
-  faults_.Put(snapshot.faults);
+  PutFaults();
   command_ = snapshot.command;
   command_tick_ = snapshot.command_tick;
   now_.sample = snapshot.sample;
   now_.status.commanded = snapshot.commanded;
   first_tick_ = snapshot.sample.tick;
   first_command_tick_ = snapshot.sample.tick;
+  clock_ = first_tick_;
 }
 
 bool SimulationTask::GoesOn() const noexcept {
@@ -100,26 +101,89 @@ void SimulationTask::SetCommand(const Command& command) noexcept {
   command_tick_ = now_.sample.tick;
   now_.status.commanded = true;
   now_.status.command_arrival_ns = command.arrival_ns;
-  if (options_.recorder == nullptr) return;
-  Influence influence{.tick = command_tick_ + 1};
-  influence.request.kind = Request::Kind::kCommand;
-  influence.request.p1_psi = command.p1_psi;
-  options_.recorder->RecordInfluence(influence);
+  Request request;
+  request.kind = Request::Kind::kCommand;
+  request.p1_psi = command.p1_psi;
+  Influenced(request);
+}
+
+/// Felt by the next tick for the first time.
+void SimulationTask::Influenced(const Request& request) noexcept {
+  if (options_.recorder != nullptr) options_.recorder->RecordInfluence({now_.sample.tick + 1, request});
+}
+
+void SimulationTask::TakeFrames() noexcept {
+  SeenFrame frame;
+  while (frames_.TryPop(frame)) TakeFrame(frame.id, frame.extended);
+}
+
+void SimulationTask::TakeFrame(std::uint32_t id, bool extended) noexcept {
+  if (!simulation_.Faults().WaitsForFrame(id, extended)) return;
+  simulation_.Faults().TakeFrame(id, extended, now_.sample.tick + 1);
+  PutFaults();
+  Request request;
+  request.kind = Request::Kind::kFrame;
+  request.injection.trigger.frame_id = id;
+  request.injection.trigger.extended = extended;
+  Influenced(request);
 }
 
 void SimulationTask::Tick() noexcept {
   ServeRequests();
+  TakeFrames();
   TakeCommand();
   FollowScript();
   Status& status = now_.status;
   now_.sample = status.commanded ? simulation_.Tick(command_.p1_psi) : simulation_.Rest();
   status.command_age_ticks = now_.sample.tick - command_tick_;
   status.active_faults = simulation_.Faults().CountActive(now_.sample.tick);
+  status.line_down = fault::LineAt(simulation_.Faults(), now_.sample.tick).down;
   status.mode = now_.sample.model_fault ? Mode::kModelFault
                 : status.commanded      ? Mode::kRunning
                                         : Mode::kWaiting;
+  ObserveFaults();
+  TellFaults();
   if (options_.recorder != nullptr) options_.recorder->RecordTick(now_);
   if (options_.feed != nullptr) options_.feed->Put(now_);
+  if (options_.stall == nullptr) return;
+  const fault::Stall stall = fault::StallAt(simulation_.Faults(), now_.sample.tick);
+  if (stall.ms > 0.0) options_.stall(stall.ms);
+}
+
+/// All quantities, of which there are outputs now.
+std::span<const double> SimulationTask::Truth(std::array<double, kMostQuantities>& values) const noexcept {
+  const std::span<const Quantity> quantities = Quantities();
+  for (std::size_t i = 0; i < quantities.size(); ++i) values[i] = quantities[i].value(now_);
+  return {values.data(), quantities.size()};
+}
+
+void SimulationTask::ObserveFaults() noexcept {
+  fault::Schedule& faults = simulation_.Faults();
+  const std::uint64_t tick = now_.sample.tick;
+  const bool sensors_act = fault::Sensors::Act(faults, tick);
+  if (!sensors_act && !faults.Observes()) return;
+  now_.outputs = simulation_.Outputs();
+  std::array<double, kMostQuantities> values{};
+  const std::span<const double> truth = Truth(values);
+  faults.Observe(tick, truth);
+  if (sensors_act) sensors_->Observe(faults, tick, truth);
+}
+
+void SimulationTask::TellFaults() noexcept {
+  fault::Schedule& faults = simulation_.Faults();
+  if (faults.Events().empty()) return;
+  for (const fault::Event& event : faults.Events()) {
+    fault_events_.TryPush(event);
+    if (options_.recorder != nullptr) options_.recorder->RecordFaultEvent(event);
+  }
+  faults.ForgetEvents();
+  PutFaults();
+}
+
+void SimulationTask::PutFaults() noexcept {
+  faults_.Put(simulation_.Faults());
+  faults_of_receiver_.Put(simulation_.Faults());
+  faults_of_sender_.Put(simulation_.Faults());
 }
 
 void SimulationTask::Publish(std::uint64_t tick) noexcept {
@@ -127,11 +191,40 @@ void SimulationTask::Publish(std::uint64_t tick) noexcept {
   for (std::size_t i = 0; i < kMostMessages && options_.cycle_ticks[i] != 0; ++i) {
     if (tick % options_.cycle_ticks[i] == 0) now_.due |= SetOf(i);
   }
+  clock_.store(tick, std::memory_order_relaxed);
   if (now_.due != 0) {
     now_.outputs = simulation_.Outputs();
-    telemetry_.TryPush(now_);
+    PublishDue();
   }
   if ((now_.due & options_.tell_lateness) != 0) now_.status.recent_lateness_ns = 0;
+}
+
+/// As one where all frames have the same fate.
+void SimulationTask::PublishDue() noexcept {
+  const fault::Schedule& faults = simulation_.Faults();
+  if (!fault::ActsOnPublished(faults, Clock())) {
+    publications_.TryPush(PublicationNow(kMostMessages));
+    return;
+  }
+  for (std::size_t i = 0; i < kMostMessages; ++i) {
+    if (!Has(now_.due, i)) continue;
+    Publication publication = PublicationNow(i);
+    publication.telemetry.due = SetOf(i);
+    publications_.TryPush(publication);
+  }
+}
+
+Publication SimulationTask::PublicationNow(std::size_t message) const noexcept {
+  const fault::Schedule& faults = simulation_.Faults();
+  Publication publication{now_, {}, {}};
+  if (message < kMostMessages)
+    publication.fate = fault::FateOfPublished(faults, static_cast<std::uint8_t>(message), Clock());
+  const std::uint64_t tick = now_.sample.tick;
+  if (!fault::Sensors::Act(faults, tick)) return publication;
+  publication.measured.is_truth = false;
+  std::array<double, kMostQuantities> values{};
+  sensors_->Measure(faults, tick, Truth(values), publication.measured.values);
+  return publication;
 }
 
 void SimulationTask::TakeDueSnapshots() noexcept {
@@ -142,8 +235,13 @@ void SimulationTask::TakeDueSnapshots() noexcept {
   }
 }
 
-void SimulationTask::TakeSnapshot() noexcept {
+bool SimulationTask::TakeSnapshot() noexcept {
+  if (fault::Sensors::Remember(simulation_.Faults())) {
+    snapshots_refused_.fetch_add(1, std::memory_order_relaxed);
+    return false;
+  }
   snapshots_.TryPush({now_.sample, command_, now_.status.commanded, command_tick_, simulation_.Faults()});
+  return true;
 }
 
 void SimulationTask::ServeRequests() noexcept {
@@ -174,27 +272,31 @@ Answer SimulationTask::Serve(const Request& request) noexcept {
       fault::Injection injection = request.injection;
       injection.start_tick = std::max(injection.start_tick, next_tick);
       answer.tick = injection.start_tick;
-      if (!faults.Inject(injection)) answer.result = Answer::Result::kNoRoom;
+      if (!faults.Inject(injection, next_tick)) answer.result = Answer::Result::kNoRoom;
       break;
     }
     case Request::Kind::kClear:
-      if (faults.Clear(request.injection.id) == 0) answer.result = Answer::Result::kNoSuchFault;
+      if (faults.Clear(request.injection.id, request.injection.target, next_tick) == 0)
+        answer.result = Answer::Result::kNoSuchFault;
       break;
     case Request::Kind::kClearAll:
-      faults.ClearAll();
+      faults.ClearAll(next_tick);
       break;
     case Request::Kind::kCommand:
       SetCommand({request.p1_psi});
       break;
     case Request::Kind::kSnapshot:
       answer.tick = now_.sample.tick;
-      TakeSnapshot();
+      if (!TakeSnapshot()) answer.result = Answer::Result::kNoSnapshot;
+      break;
+    case Request::Kind::kFrame:
+      TakeFrame(request.injection.trigger.frame_id, request.injection.trigger.extended);
       break;
   }
-  faults_.Put(faults);
+  PutFaults();
   const bool is_influence = request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
                             request.kind == Request::Kind::kClearAll;
-  if (is_influence && options_.recorder != nullptr) options_.recorder->RecordInfluence({next_tick, request});
+  if (is_influence) Influenced(request);
   return answer;
 }
 

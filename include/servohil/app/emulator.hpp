@@ -68,6 +68,8 @@ class Emulator {
   bool PutRequest(const Request& request) noexcept { return task_->PutRequest(request); }
   bool TryPopAnswer(Answer& answer) noexcept { return task_->TryPopAnswer(answer); }
   bool TakeFaults(fault::Schedule& faults) noexcept { return task_->TakeFaults(faults); }
+  bool TryPopFaultEvent(fault::Event& event) noexcept { return task_->TryPopFaultEvent(event); }
+  std::uint64_t SnapshotsRefused() const noexcept { return task_->SnapshotsRefused(); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
   const SendCounters& Sent() const noexcept { return sender_->Counters(); }
@@ -82,7 +84,7 @@ class Emulator {
 
   // After Stop():
   const Telemetry& Final() const noexcept { return task_->Now(); }
-  std::uint64_t TelemetryDropped() const noexcept { return task_->TelemetryDropped(); }
+  std::uint64_t TelemetryDropped() const noexcept { return task_->PublicationsDropped(); }
   std::uint64_t ScriptRefused() const noexcept { return task_->ScriptRefused(); }
   /// Page faults of the simulation thread inside its loop.
   long LoopPageFaults() const noexcept { return loop_page_faults_; }

@@ -9,21 +9,28 @@ namespace servohil::app {
 
 /// What somebody asks of a running simulation. Checked already: names, ranges, what the model supports.
 struct Request {
-  enum class Kind : std::uint8_t { kInject = 0, kClear = 1, kClearAll = 2, kCommand = 3, kSnapshot = 4 };
+  enum class Kind : std::uint8_t {
+    kInject = 0,
+    kClear = 1,
+    kClearAll = 2,
+    kCommand = 3,
+    kSnapshot = 4,
+    kFrame = 5  ///< a frame that a fault waits for has come
+  };
 
   std::uint64_t number = 0;  ///< whoever asks gets it back
   Kind kind = Kind::kInject;
-  fault::Injection injection{};  ///< kInject: start_tick 0 is now; kClear: its id
+  fault::Injection injection{};  ///< kInject: start_tick 0 is now; kClear: its id and target; kFrame: trigger
   double p1_psi = 0.0;           ///< kCommand
 };
 
 /// The simulation's answer.
 struct Answer {
-  enum class Result : std::uint8_t { kApplied, kNoRoom, kNoSuchFault, kFrozen };
+  enum class Result : std::uint8_t { kApplied, kNoRoom, kNoSuchFault, kFrozen, kNoSnapshot };
 
   std::uint64_t number = 0;
   Result result = Result::kApplied;
-  std::uint64_t tick = 0;  ///< the first that feels it
+  std::uint64_t tick = 0;  ///< the first that feels it, or may: a fault with a trigger waits from then on
 };
 
 }  // namespace servohil::app

@@ -3,15 +3,21 @@
 /// real-time loop says it at each wake-up, lockstep at each frame, a script or a replay as fast as it goes.
 
 #include <array>
+#include <atomic>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "servohil/app/configuration.hpp"
+#include "servohil/app/publication.hpp"
 #include "servohil/app/recording/recorder.hpp"
 #include "servohil/app/request.hpp"
 #include "servohil/app/sample_feed.hpp"
 #include "servohil/app/simulation.hpp"
 #include "servohil/app/telemetry.hpp"
+#include "servohil/fault/effects.hpp"
+#include "servohil/fault/sensors.hpp"
 #include "servohil/rt/latency_histogram.hpp"
 #include "servohil/rt/mailbox.hpp"
 #include "servohil/rt/periodic_loop.hpp"
@@ -35,6 +41,8 @@ struct TaskOptions {
   std::uint64_t duration_ticks = 0;  ///< of this run; 0: without end
   std::vector<std::uint64_t> snapshot_ticks;  ///< rising
   Recorder* recorder = nullptr;               ///< must outlive the task; none: nothing is recorded
+  void (*stall)(double ms) noexcept =
+      nullptr;  ///< of the fault missed_ticks; none: there is no deadline to miss
 
   // Of a scenario, whose time begins with the first command.
   bool is_scenario = false;       ///< duration_ticks count from then on
@@ -60,6 +68,21 @@ class SimulationTask {
   bool TryPopAnswer(Answer& answer) noexcept { return answers_.TryPop(answer); }
   /// The same thread: the faults, when they have changed since the last call.
   bool TakeFaults(fault::Schedule& faults) noexcept { return faults_.Take(faults); }
+  /// The same thread: what has happened to them.
+  bool TryPopFaultEvent(fault::Event& event) noexcept { return fault_events_.TryPop(event); }
+  /// Any thread: snapshots not taken, because a fault acts whose past they could not hold.
+  std::uint64_t SnapshotsRefused() const noexcept {
+    return snapshots_refused_.load(std::memory_order_relaxed);
+  }
+
+  /// The receiver: faults, when they have changed since the last call. Real-time safe.
+  bool TakeFaultsOfReceiver(fault::Schedule& faults) noexcept { return faults_of_receiver_.Take(faults); }
+  /// The receiver: a frame that a fault waits for has come. Real-time safe.
+  void PutFrame(std::uint32_t id, bool extended) noexcept { frames_.TryPush({id, extended}); }
+  /// The sender: faults, when they have changed since the last call. Real-time safe.
+  bool TakeFaultsOfSender(fault::Schedule& faults) noexcept { return faults_of_sender_.Take(faults); }
+  /// Any thread: ticks that have passed, those of a frozen simulation included. Real-time safe.
+  std::uint64_t Clock() const noexcept { return clock_.load(std::memory_order_relaxed); }
 
   /// The thread that runs the ticks, between them: follows what is asked, with effect from the next tick on.
   /// Run() does so itself before each tick. Real-time safe.
@@ -74,8 +97,8 @@ class SimulationTask {
   bool Wake(const rt::LoopTiming& timing) noexcept;
 
   /// The sender: what is due, oldest first. Real-time safe.
-  bool TryPopTelemetry(Telemetry& telemetry) noexcept { return telemetry_.TryPop(telemetry); }
-  std::uint64_t TelemetryDropped() const noexcept { return telemetry_.Dropped(); }
+  bool TryPopPublication(Publication& publication) noexcept { return publications_.TryPop(publication); }
+  std::uint64_t PublicationsDropped() const noexcept { return publications_.Dropped(); }
   /// Whoever watches (one thread): the newest state.
   bool TakeNewest(Telemetry& telemetry) noexcept { return newest_.Take(telemetry); }
 
@@ -84,6 +107,8 @@ class SimulationTask {
 
   /// The thread that runs the ticks.
   const Telemetry& Now() const noexcept { return now_; }
+  /// The same: as it would be published now, `message` or (kMostMessages) all that nothing special befalls.
+  Publication PublicationNow(std::size_t message) const noexcept;
   /// After which this run began: 0, or that of the snapshot. Any thread.
   std::uint64_t FirstTick() const noexcept { return first_tick_; }
 
@@ -100,8 +125,16 @@ class SimulationTask {
   void Publish(std::uint64_t tick) noexcept;
   void FollowScript() noexcept;
   Answer Serve(const Request& request) noexcept;
+  void TakeFrames() noexcept;
+  void TakeFrame(std::uint32_t id, bool extended) noexcept;
+  void Influenced(const Request& request) noexcept;
+  void ObserveFaults() noexcept;
+  void TellFaults() noexcept;
+  void PutFaults() noexcept;
+  std::span<const double> Truth(std::array<double, kMostQuantities>& values) const noexcept;
+  void PublishDue() noexcept;
   void TakeDueSnapshots() noexcept;
-  void TakeSnapshot() noexcept;
+  bool TakeSnapshot() noexcept;
   void Account(const rt::LoopTiming& timing) noexcept;
   bool IsOverrun(const rt::LoopTiming& timing) noexcept;
   bool StandStill() noexcept;
@@ -122,12 +155,24 @@ class SimulationTask {
   rt::LatencyHistogram arrival_to_tick_;
 
   rt::Mailbox<Command> commands_;
-  rt::Ring<Telemetry, 1024> telemetry_;
+  std::unique_ptr<fault::Sensors> sensors_ = std::make_unique<fault::Sensors>();
+  std::atomic<std::uint64_t> clock_{0};
+  std::atomic<std::uint64_t> snapshots_refused_{0};
+
+  struct SeenFrame {
+    std::uint32_t id = 0;
+    bool extended = false;
+  };
+  rt::Ring<Publication, 1024> publications_;
   rt::Mailbox<Telemetry> newest_;
   rt::Ring<Snapshot, 16> snapshots_;
   rt::Ring<Request, 64> requests_;
   rt::Ring<Answer, 64> answers_;
   rt::Mailbox<fault::Schedule> faults_;
+  rt::Mailbox<fault::Schedule> faults_of_receiver_;
+  rt::Mailbox<fault::Schedule> faults_of_sender_;
+  rt::Ring<SeenFrame, 64> frames_;
+  rt::Ring<fault::Event, 1024> fault_events_;
 };
 
 }  // namespace servohil::app

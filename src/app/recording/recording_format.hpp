@@ -9,7 +9,7 @@
 namespace servohil::app {
 
 /// Raised when a recording is laid out otherwise.
-inline constexpr std::uint64_t kRecordingFormat = 1;
+inline constexpr std::uint64_t kRecordingFormat = 2;
 
 namespace attribute {
 
