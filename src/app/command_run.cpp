@@ -125,9 +125,23 @@ std::string ReadyLine(const can::Network& network, const Telemetry& start, const
          "\n";
 }
 
-can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options) {
+/// Faults over CAN: their identifier is let in before the buses are known, their rights come after.
+struct FaultMessages {
+  explicit FaultMessages(const Configuration& configuration)
+      : database(can::ReadDbc(configuration.can.dbc)),
+        request(database.RequireMessage("FAULT_Request")),
+        response(database.RequireMessage("FAULT_Response")) {}
+
+  const can::Database database;
+  const can::Message& request;
+  const can::Message& response;
+};
+
+can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options,
+                             const std::optional<FaultMessages>& faults) {
   can::BusOptions bus;
-  bus.wanted = {{setup.contract.CommandId(), setup.contract.CommandIsExtended()}};
+  bus.wanted.push_back({setup.contract.CommandId(), setup.contract.CommandIsExtended()});
+  if (faults) bus.wanted.push_back({faults->request.id, faults->request.extended});
   if (options.clock == Clock::kLockstep && options.lockstep.sync_id >= 0)
     bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});
   bus.bit_rate_bit_s = static_cast<std::uint32_t>(setup.configuration.can.bit_rate_bit_s);
@@ -144,11 +158,23 @@ std::vector<std::string> BusNames(const can::Network& network) {
   return names;
 }
 
+FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clock clock) {
+  FaultContext context{.contract = &setup.contract};
+  context.surroundings.unfaulted = &setup.configuration.model;
+  context.surroundings.real_time = clock == Clock::kReal;
+  for (const auto& bus : network.Buses()) {
+    const char* why = bus->WhyNoErrorFrames();
+    if (why != nullptr) context.surroundings.why_no_error_frames = why;
+  }
+  return context;
+}
+
 /// Faults belong on a bus that no real machine is on, unless the configuration says otherwise.
-/// @param unfaulted  what runs
-control::Permissions PermissionsOf(const Configuration& configuration, const model::Parameters& unfaulted,
-                                   const can::Network& network) {
-  control::Permissions permissions{&unfaulted, configuration.fault.armed == Armed::kYes, {}};
+/// @param configuration  of now: of it only fault.armed
+control::Permissions PermissionsOf(const Configuration& configuration, const Setup& setup,
+                                   const can::Network& network, Clock clock) {
+  control::Permissions permissions{
+      FaultContextOf(setup, network, clock), configuration.fault.armed == Armed::kYes, {}};
   if (permissions.armed) return permissions;
   if (configuration.fault.armed == Armed::kNo) {
     permissions.why_not_armed = "faults are not armed: fault.armed = \"no\"";
@@ -190,10 +216,12 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   emulator_options.lockstep = configuration.lockstep;
   emulator_options.real_time = options.real_time;
 
+  std::optional<FaultMessages> fault_messages;
+  if (configuration.fault.allow_can) fault_messages.emplace(configuration);
   CheckBusLoad(setup.contract, configuration.can);
   can::Network network(
       ResolveBuses(options.buses.empty() ? configuration.can.buses : options.buses, configuration.can),
-      BusOptionsOf(setup, emulator_options));
+      BusOptionsOf(setup, emulator_options, fault_messages));
   ReportBuses(network, configuration.can.bit_rate_bit_s);
 
   const RunTexts texts = DescribeConfiguration(configuration);
@@ -201,7 +229,14 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
       options.recording.Open(texts, setup.contract, options.clock == Clock::kReal ? "real time" : "lockstep",
                              from, BusNames(network));
   emulator_options.task.recorder = recorder.get();
-  const control::Permissions permissions = PermissionsOf(configuration, configuration.model, network);
+  const control::Permissions permissions = PermissionsOf(configuration, setup, network, options.clock);
+  std::optional<FaultPort> fault_port;
+  if (fault_messages) {
+    fault_port.emplace(fault_messages->request, fault_messages->response,
+                       FaultPort::Rights{permissions.faults.surroundings, permissions.armed,
+                                         setup.contract.MessageCount(), Quantities().size()});
+    emulator_options.fault_port = &*fault_port;
+  }
   std::optional<ScenarioOnBus> scenario;
   if (setup.scenario) {
     scenario.emplace(*setup.scenario, permissions, options.clock);
@@ -214,9 +249,10 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   const auto control = OpenControl(options.control, emulator, permissions);
   Reloader reloader(texts, [&] { return options.configuration.Load(); },
                     {{"fault.armed", [&](const Configuration& now) {
-                        if (control) control->Permit(PermissionsOf(now, configuration.model, network));
+                        if (control) control->Permit(PermissionsOf(now, setup, network, options.clock));
                       }}});
-  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get(), reloader);
+  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get(), reloader,
+              setup.contract);
   std::string missing;
   for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
   if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);

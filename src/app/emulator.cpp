@@ -96,6 +96,7 @@ void Emulator::Stop() noexcept {
     stop_sender_ = true;
     sender_thread_.join();
     sender_->SendRest();
+    SendFaultResponses();
   } else {
     network_.Wake();
     simulation_thread_.join();
@@ -141,7 +142,10 @@ void Emulator::RunReceiver() {
   BeReady("can_rx", options_.task.loop.priority - kReceiverPriorityBelow, -1);
   while (!stop_.load(std::memory_order_relaxed)) {
     const int wait_ms = receiver_->HasDelayed() ? kLookForDelayedMs : kForEver;
-    if (const std::optional<can::Frame> frame = network_.Receive(wait_ms)) receiver_->Take(*frame);
+    if (const std::optional<can::Frame> frame = network_.Receive(wait_ms)) {
+      receiver_->Take(*frame);
+      TakeFaultRequest(*frame);
+    }
     receiver_->TakeDelayed();
   }
 }
@@ -153,6 +157,7 @@ void Emulator::RunSender() {
       stop_sender_,
       [this](const rt::LoopTiming&) noexcept {
         sender_->SendDue();
+        SendFaultResponses();
         return true;
       },
       first_deadline_ns_ + kSenderDelayNs);
@@ -166,6 +171,9 @@ void Emulator::RunLockstep() {
     turns_.fetch_add(1, std::memory_order_relaxed);
     task_->ServeRequests();
     if (!frame) continue;
+    TakeFaultRequest(*frame);
+    task_->ServeRequests();
+    SendFaultResponses();
     const bool is_command = receiver_->Take(*frame);
     if (!LetsTimePass(*frame, is_command)) continue;
     receiver_->TakeDelayed();
@@ -173,6 +181,26 @@ void Emulator::RunLockstep() {
     sender_->SendAll(stop_);
   }
   Finish();
+}
+
+void Emulator::TakeFaultRequest(const can::Frame& frame) noexcept {
+  if (options_.fault_port == nullptr) return;
+  const std::optional<Request> request = options_.fault_port->Take(frame);
+  if (request && !task_->PutBusRequest(*request)) options_.fault_port->TellBusy(*request);
+}
+
+void Emulator::SendFaultResponses() noexcept {
+  if (options_.fault_port == nullptr) return;
+  can::Frame frame;
+  while (options_.fault_port->TryPopResponse(frame)) SendFaultResponse(frame);
+  Answer answer;
+  while (task_->TryPopBusAnswer(answer)) SendFaultResponse(options_.fault_port->ResponseTo(answer));
+}
+
+void Emulator::SendFaultResponse(const can::Frame& frame) noexcept {
+  const bool sent = network_.Send(frame) == can::SendResult::kSent;
+  Recorder* recorder = options_.task.recorder;
+  if (sent && recorder != nullptr) recorder->RecordSent(task_->Clock(), kMostMessages, frame);
 }
 
 bool Emulator::LetsTimePass(const can::Frame& frame, bool is_command) const noexcept {

@@ -23,7 +23,6 @@ const can::Signal* Require(const can::Message& message, const char* name) {
 fault::Injection PresetOf(const fault::Spec& spec) noexcept {
   fault::Injection injection;
   injection.id = spec.id;
-  injection.seed = 1;
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) injection.values[i] = spec.parameters[i].preset;
   return injection;
 }
@@ -95,7 +94,8 @@ void FaultPort::Set(const Asked& asked, const fault::Spec& spec, std::uint8_t fi
   if (field < spec.parameters.size() && spec.parameters[field].name != nullptr) {
     const fault::ParameterSpec& p = spec.parameters[field];
     // A 32-bit float next to a limit is meant as the limit.
-    set(static_cast<double>(static_cast<float>(p.minimum)), static_cast<double>(static_cast<float>(p.maximum)),
+    set(static_cast<double>(static_cast<float>(p.minimum)),
+        static_cast<double>(static_cast<float>(p.maximum)),
         [&] { injection.values[field] = std::clamp(value, p.minimum, p.maximum); });
     return;
   }

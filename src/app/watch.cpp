@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "injection_words.hpp"
 #include "run_report.hpp"
 #include "run_statistics.hpp"
 #include "servohil/error.hpp"
@@ -24,7 +25,7 @@ constexpr int kAnswerMs = 1;  // while the simulation is to answer
 
 Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
              std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-             Reloader& reloader)
+             Reloader& reloader, const Contract& contract)
     : emulator_(emulator),
       network_(network),
       options_(options),
@@ -32,6 +33,7 @@ Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOpti
       snapshots_(snapshots),
       control_(control),
       reloader_(reloader),
+      contract_(contract),
       now_(emulator.Final()),
       terminal_(isatty(STDOUT_FILENO) != 0),
       last_ns_(rt::MonotonicNs()) {}
@@ -43,6 +45,7 @@ void Watch::Run(const StopSignals& signals) {
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
     TellThatItLives();
+    LogFaults();
     if (control_ != nullptr) control_->Serve(now_);
     snapshots_.WriteAllOrTell(emulator_);
     if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
@@ -99,6 +102,18 @@ void Watch::LogWhatWentWrong() {
     timing_valid_ = false;
     spdlog::warn("late ticks before tick {}: the run is INVALID", now_.sample.tick);
   }
+}
+
+/// Each start and end; of a row of pulses the first, and the others for who wants to know all.
+void Watch::LogFaults() {
+  fault::Event event;
+  while (emulator_.TryPopFaultEvent(event)) {
+    const std::string text = EventText(event, &contract_);
+    spdlog::log(event.pulse == 0 ? spdlog::level::info : spdlog::level::debug, text);
+  }
+  if (snapshots_refused_ == emulator_.SnapshotsRefused()) return;
+  snapshots_refused_ = emulator_.SnapshotsRefused();
+  spdlog::warn("no snapshot: it cannot hold the past that sensor_delayed needs; clear it first");
 }
 
 /// The run goes on without; at its end it is an error.

@@ -21,7 +21,7 @@ class Watch {
   /// @param reloader  called at SIGHUP. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
         std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-        Reloader& reloader);
+        Reloader& reloader, const Contract& contract);
 
   /// Until a stop signal or the end of the run.
   void Run(const StopSignals& signals);
@@ -34,6 +34,7 @@ class Watch {
   void Reload();
   void TellThatItLives();
   void LogWhatWentWrong();
+  void LogFaults();
   void WriteStatisticsSoFar();
   void TellEachSecond();
 
@@ -45,9 +46,11 @@ class Watch {
   control::Server* control_;
   Reloader& reloader_;
   ServiceManager manager_;
+  const Contract& contract_;
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;
+  std::uint64_t snapshots_refused_ = 0;
   bool terminal_;
   std::int64_t last_ns_;
   std::uint64_t last_tick_ = 0;

@@ -39,6 +39,9 @@ class SocketCan final : public Bus {
   bool IsVirtual() const noexcept override {
     return interface_.rfind("vcan", 0) == 0 || interface_.rfind("vxcan", 0) == 0;
   }
+  const char* WhyNoErrorFrames() const noexcept override {
+    return IsVirtual() ? nullptr : "a real CAN controller would send them as data frames";
+  }
   int PollFd() noexcept override { return removed_ ? -1 : socket_.Get(); }
   std::optional<Frame> Receive() noexcept override;
   SendResult Send(const Frame& frame) noexcept override;

@@ -67,7 +67,7 @@ TEST(Allocations, AndPageFaultsAreNoneInTenThousandTicksAfterTheStart) {
     rt::PrefaultStack();
     rt::PeriodicLoop loop(100'000);
     const std::atomic<bool> stop{false};
-    Telemetry drained;
+    Publication drained;
     const long faults_before = rt::ThreadPageFaults();
     const long allocations_before = allocations_of_this_thread;
     loop.Run(stop, [&](const rt::LoopTiming& timing) noexcept {

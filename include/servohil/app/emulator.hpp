@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "servohil/app/contract.hpp"
+#include "servohil/app/fault_port.hpp"
 #include "servohil/app/receiver.hpp"
 #include "servohil/app/sender.hpp"
 #include "servohil/app/simulation_task.hpp"
@@ -41,6 +42,7 @@ struct EmulatorOptions {
   Clock clock = Clock::kReal;  ///< kReal or kLockstep
   LockstepSettings lockstep;
   RealTime real_time = RealTime::kPrefer;  ///< of no importance in lockstep
+  FaultPort* fault_port = nullptr;         ///< faults over CAN; must outlive the emulator; none: not allowed
 };
 
 class Emulator {
@@ -95,6 +97,11 @@ class Emulator {
   void RunReceiver();
   void RunSender();
   void RunLockstep();
+  /// Receiver: what a FAULT_Request frame asks.
+  void TakeFaultRequest(const can::Frame& frame) noexcept;
+  /// Sender: FAULT_Response frames.
+  void SendFaultResponses() noexcept;
+  void SendFaultResponse(const can::Frame& frame) noexcept;
   bool LetsTimePass(const can::Frame& frame, bool is_command) const noexcept;
   /// Sets up the calling thread, then waits for the start.
   void BeReady(const char* name, int priority, int cpu);

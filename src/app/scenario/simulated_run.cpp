@@ -5,8 +5,9 @@ namespace {
 
 /// No bus is disturbed: only the configuration may forbid it.
 control::Permissions PermissionsOf(const Configuration& configuration) {
-  return {&configuration.model, configuration.fault.armed != Armed::kNo,
-          "faults are not armed: fault.armed = \"no\""};
+  FaultContext context;
+  context.surroundings = {&configuration.model, false, false};
+  return {context, configuration.fault.armed != Armed::kNo, "faults are not armed: fault.armed = \"no\""};
 }
 
 }  // namespace
