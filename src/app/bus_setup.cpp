@@ -2,8 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <string_view>
-
 #include "formatted.hpp"
 #include "servohil/can/interface_state.hpp"
 #include "servohil/error.hpp"
@@ -17,7 +15,9 @@ std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted, co
       urls.push_back(url);
       continue;
     }
-    urls.push_back(can::AutomaticUrl(can.interfaces));
+    urls.push_back(can::AutomaticUrl(can.interfaces, can.allow_physical));
+    if (const std::string any = can::AutomaticUrl(can.interfaces); any != urls.back())
+      spdlog::info("--can auto: {}", can::PhysicalRefusal(any));
     std::string looked_for;
     for (const std::string& interface : can.interfaces)
       looked_for += (looked_for.empty() ? "" : ", ") + interface;
@@ -47,11 +47,9 @@ void CheckBusLoad(const Contract& contract, const CanSettings& can) {
 }
 
 void ReportBuses(const can::Network& network, int bit_rate_bit_s) {
-  constexpr std::string_view kKernel = "socketcan:";
   for (const auto& bus : network.Buses()) {
     if (const std::string state = bus->State(); !state.empty()) spdlog::info("{}: {}", bus->Name(), state);
-    if (bus->Name().rfind(kKernel, 0) != 0) continue;
-    const auto real = can::InterfaceBitRate(bus->Name().substr(kKernel.size()));
+    const auto real = can::InterfaceBitRate(bus->Interface());
     if (real && *real != static_cast<std::uint32_t>(bit_rate_bit_s)) {
       spdlog::warn("{} runs at {} bit/s, can.bit_rate_bit_s = {}: the bus load above is wrong by that ratio",
                    bus->Name(), *real, bit_rate_bit_s);

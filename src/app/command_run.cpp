@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "bus_setup.hpp"
+#include "bus_watch.hpp"
 #include "check_configuration.hpp"
 #include "commands.hpp"
 #include "control/server.hpp"
@@ -144,7 +145,13 @@ can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options,
   if (faults) bus.wanted.push_back({faults->request.id, faults->request.extended});
   if (options.clock == Clock::kLockstep && options.lockstep.sync_id >= 0)
     bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});
-  bus.bit_rate_bit_s = static_cast<std::uint32_t>(setup.configuration.can.bit_rate_bit_s);
+  // What another node sends with an identifier of ours is to be seen, too.
+  for (std::size_t i = 0; i < setup.contract.MessageCount(); ++i)
+    bus.wanted.push_back({setup.contract.MessageOf(i).id, setup.contract.MessageOf(i).extended});
+  const CanSettings& can = setup.configuration.can;
+  bus.bit_rate_bit_s = static_cast<std::uint32_t>(can.bit_rate_bit_s);
+  bus.allow_physical = can.allow_physical;
+  if (can.configure) bus.configure = LinkSettingsOf(can);
   return bus;
 }
 
@@ -159,7 +166,8 @@ std::vector<std::string> BusNames(const can::Network& network) {
 }
 
 FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clock clock) {
-  FaultContext context{.contract = &setup.contract};
+  FaultContext context;
+  context.contract = &setup.contract;
   context.surroundings.unfaulted = &setup.configuration.model;
   context.surroundings.real_time = clock == Clock::kReal;
   for (const auto& bus : network.Buses()) {
@@ -170,11 +178,9 @@ FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clo
 }
 
 /// Faults belong on a bus that no real machine is on, unless the configuration says otherwise.
-/// @param configuration  of now: of it only fault.armed
-control::Permissions PermissionsOf(const Configuration& configuration, const Setup& setup,
-                                   const can::Network& network, Clock clock) {
-  control::Permissions permissions{
-      FaultContextOf(setup, network, clock), configuration.fault.armed == Armed::kYes, {}};
+control::Permissions PermissionsOf(const Configuration& configuration, const FaultContext& context,
+                                   const can::Network& network) {
+  control::Permissions permissions{context, configuration.fault.armed == Armed::kYes, {}};
   if (permissions.armed) return permissions;
   if (configuration.fault.armed == Armed::kNo) {
     permissions.why_not_armed = "faults are not armed: fault.armed = \"no\"";
@@ -229,7 +235,8 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
       options.recording.Open(texts, setup.contract, options.clock == Clock::kReal ? "real time" : "lockstep",
                              from, BusNames(network));
   emulator_options.task.recorder = recorder.get();
-  const control::Permissions permissions = PermissionsOf(configuration, setup, network, options.clock);
+  const FaultContext faults = FaultContextOf(setup, network, options.clock);
+  const control::Permissions permissions = PermissionsOf(configuration, faults, network);
   std::optional<FaultPort> fault_port;
   if (fault_messages) {
     fault_port.emplace(fault_messages->request, fault_messages->response,
@@ -249,10 +256,11 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   const auto control = OpenControl(options.control, emulator, permissions);
   Reloader reloader(texts, [&] { return options.configuration.Load(); },
                     {{"fault.armed", [&](const Configuration& now) {
-                        if (control) control->Permit(PermissionsOf(now, setup, network, options.clock));
+                        if (control) control->Permit(PermissionsOf(now, faults, network));
                       }}});
+  BusWatch buses(emulator, network, configuration.can);
   Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get(), reloader,
-              setup.contract);
+              buses, setup.contract);
   std::string missing;
   for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
   if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);

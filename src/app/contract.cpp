@@ -28,11 +28,16 @@ constexpr std::array kRelay = {"x1_in", "x2_in", "x4_in", "sub_steps"};
 constexpr std::array kStatus = {
     "mode",       "timing_valid",      "model_fault",        "stuck",         "active_faults", "unresolved",
     "late_ticks", "worst_lateness_ms", "recent_lateness_ms", "command_age_ms"};
+constexpr std::array kBus = {"bus_state",       "bit_rate_mismatch", "no_acknowledge", "queue_full",
+                             "receive_overrun", "id_conflict",       "tx_errors",      "rx_errors",
+                             "error_frames",    "frames_not_sent",   "bus_offs"};
 
-const std::array<MessageSpecification, 4> kSpecifications = {{
+/// SERVO_Status last: in lockstep it ends an answer.
+const std::array<MessageSpecification, 5> kSpecifications = {{
     {"SERVO_Position", kPosition, &PublishSettings::position_ms},
     {"SERVO_Pressures", kPressures, &PublishSettings::pressures_ms},
     {"SERVO_Relay", kRelay, &PublishSettings::relay_ms},
+    {"SERVO_Bus", kBus, &PublishSettings::bus_ms},
     {"SERVO_Status", kStatus, &PublishSettings::status_ms},
 }};
 

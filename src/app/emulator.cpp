@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "servohil/app/sender_schedule.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
 #include "servohil/rt/clock.hpp"
@@ -17,6 +18,8 @@ constexpr double kNsPerMs = 1e6;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.
 constexpr std::int64_t kSenderDelayNs = 50'000;
+constexpr std::int64_t kSenderLooksEveryNs = 20'000'000;  ///< at least: for what is due by no cycle
+constexpr std::int64_t kOneWake = 1;
 constexpr int kReceiverPriorityBelow = 5;
 constexpr int kSenderPriorityBelow = 10;
 constexpr int kForEver = -1;
@@ -40,10 +43,11 @@ TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contra
 
 Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState& start,
                    const Contract& contract, can::Network& network, const EmulatorOptions& options)
-    : network_(network),
+    : contract_(contract),
+      network_(network),
       options_(options),
       task_(std::make_unique<SimulationTask>(parameters, start, TaskOptionsOf(options, contract))),
-      receiver_(std::make_unique<Receiver>(contract, *task_, options.task.recorder)),
+      receiver_(std::make_unique<Receiver>(contract, *task_, options.task.recorder, network.Buses().size())),
       sender_(std::make_unique<Sender>(contract, *task_, network, options.task.recorder)),
       loop_(options.task.loop.wake_ticks * kTickNs,
             static_cast<std::uint64_t>(options.task.loop.grace_ms * kTicksPerMs /
@@ -152,15 +156,21 @@ void Emulator::RunReceiver() {
 
 void Emulator::RunSender() {
   BeReady("can_tx", options_.task.loop.priority - kSenderPriorityBelow, -1);
-  rt::PeriodicLoop loop(options_.task.loop.wake_ticks * kTickNs);
-  loop.Run(
-      stop_sender_,
-      [this](const rt::LoopTiming&) noexcept {
-        sender_->SendDue();
-        SendFaultResponses();
-        return true;
-      },
-      first_deadline_ns_ + kSenderDelayNs);
+  const std::int64_t period_ns = options_.task.loop.wake_ticks * kTickNs;
+  const std::int64_t first_ns = first_deadline_ns_ + kSenderDelayNs;
+  const SenderSchedule schedule(
+      contract_.Cycles(), static_cast<std::uint64_t>(options_.task.loop.wake_ticks), task_->FirstTick(),
+      static_cast<std::uint64_t>(std::max(kSenderLooksEveryNs / period_ns, kOneWake)));
+  std::uint64_t wake = 1;
+  while (!stop_sender_.load(std::memory_order_relaxed)) {
+    rt::SleepUntil(first_ns + static_cast<std::int64_t>(wake - 1) * period_ns);
+    sender_->SendDue();
+    SendFaultResponses();
+    // Where the simulation is behind, or a message must wait for its time, the next wake-up brings more.
+    wake = sender_->IsDoneUpTo(schedule.NewestDue(wake)) ? schedule.Next(wake) : wake + 1;
+    const std::int64_t passed = (rt::MonotonicNs() - first_ns) / period_ns + 1;
+    wake = std::max(wake, static_cast<std::uint64_t>(std::max(passed, kOneWake)));
+  }
 }
 
 void Emulator::RunLockstep() {
@@ -205,7 +215,7 @@ void Emulator::SendFaultResponse(const can::Frame& frame) noexcept {
 
 bool Emulator::LetsTimePass(const can::Frame& frame, bool is_command) const noexcept {
   if (options_.lockstep.sync_id < 0) return is_command;
-  return !frame.extended && !frame.remote &&
+  return !frame.extended && !frame.remote && !frame.error &&
          frame.id == static_cast<std::uint32_t>(options_.lockstep.sync_id);
 }
 

@@ -197,6 +197,24 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> int& { return c.can.bit_rate_bit_s; }},
     {"can.command_cycle_ms", "ms", 1.0, 10000.0, "expected cycle time of the command, for the bus load",
      +[](C& c) -> int& { return c.can.command_cycle_ms; }},
+    {"can.allow_physical", "", 0.0, 0.0,
+     "whether a bus may be used that is neither vcan nor a pseudo-terminal",
+     +[](C& c) -> bool& { return c.can.allow_physical; }},
+    {"can.configure", "", 0.0, 0.0,
+     "sets up kernel interfaces at the start, by the bit rate and the three below",
+     +[](C& c) -> bool& { return c.can.configure; }},
+    {"can.sample_point", "", 0.0, 0.999, "sample point, share of a bit; 0: the kernel's choice",
+     +[](C& c) -> double& { return c.can.sample_point; }},
+    {"can.restart_ms", "ms", 0.0, 100000.0,
+     "after bus-off the kernel restarts the controller; 0: servohil does, by the back-off",
+     +[](C& c) -> int& { return c.can.restart_ms; }},
+    {"can.queue_length", "frames", 1.0, 1000.0, "transmit queue",
+     +[](C& c) -> int& { return c.can.queue_length; }},
+    {"can.backoff_ms", "ms", 10.0, 100000.0,
+     "first restart after bus-off where the kernel does not; doubled each time",
+     +[](C& c) -> int& { return c.can.backoff_ms; }},
+    {"can.most_backoff_ms", "ms", 10.0, 1000000.0, "longest wait for a restart",
+     +[](C& c) -> int& { return c.can.most_backoff_ms; }},
 
     {"publish.position_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Position; 0: not sent",
      +[](C& c) -> int& { return c.publish.position_ms; }},
@@ -206,6 +224,8 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> int& { return c.publish.relay_ms; }},
     {"publish.status_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Status; 0: not sent",
      +[](C& c) -> int& { return c.publish.status_ms; }},
+    {"publish.bus_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Bus, sent on each change, too; 0: not sent",
+     +[](C& c) -> int& { return c.publish.bus_ms; }},
 });
 
 /// A value as it would stand in the file.

@@ -43,7 +43,37 @@ void Receiver::TakeDelayed() noexcept {
 }
 
 void Receiver::Evaluate(const can::Frame& frame) noexcept {
+  if (frame.error) {
+    TakeError(frame);
+    return;
+  }
+  if (IsOurs(frame)) {
+    ++counters_.conflicting;
+    ++inputs_[frame.bus].conflicts;
+    return;
+  }
   if (faults_.WaitsForFrame(frame.id, frame.extended)) task_.PutFrame(frame.id, frame.extended);
+  TakeCommand(frame);
+}
+
+void Receiver::TakeError(const can::Frame& frame) noexcept {
+  ++counters_.errors;
+  Input& input = inputs_[frame.bus];
+  input.errors.Take(frame);
+  input.newest.Put(input.errors);
+}
+
+/// One that the emulator publishes: no other node may send it. A remote frame asks for it.
+bool Receiver::IsOurs(const can::Frame& frame) const noexcept {
+  if (frame.remote) return false;
+  for (std::size_t i = 0; i < contract_.MessageCount(); ++i) {
+    const can::Message& message = contract_.MessageOf(i);
+    if (message.id == frame.id && message.extended == frame.extended) return true;
+  }
+  return false;
+}
+
+void Receiver::TakeCommand(const can::Frame& frame) noexcept {
   CommandRejection rejection{};
   if (std::optional<Command> command = contract_.DecodeCommand(frame, rejection)) {
     command->arrival_ns = ArrivalNs(frame);

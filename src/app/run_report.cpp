@@ -112,8 +112,11 @@ std::string Summary(const Emulator& emulator, const can::Network& network, const
   const auto count = [](const std::atomic<std::uint64_t>& c) { return Count{c.load()}; };
   std::string text = SimulationSummary(emulator.Final());
   if (options.clock == Clock::kReal) text += TimingSummary(emulator, options);
-  text += Formatted("in       %llu commands, %llu of other ids, %llu malformed, %llu out of range\n",
-                    count(in.commands), count(in.foreign), count(in.malformed), count(in.out_of_range));
+  text += Formatted(
+      "in       %llu commands, %llu of other ids, %llu malformed, %llu out of range, "
+      "%llu with our ids\n",
+      count(in.commands), count(in.foreign), count(in.malformed), count(in.out_of_range),
+      count(in.conflicting));
   text += Formatted("out      %llu published, %llu not sent, %llu superseded, %llu lost in the program\n",
                     count(out.published), count(out.not_sent), count(out.superseded),
                     Count{emulator.TelemetryDropped()});
@@ -122,10 +125,10 @@ std::string Summary(const Emulator& emulator, const can::Network& network, const
     const std::string state = bus->State();
     text += Formatted(
         "bus      %s%s%s: %llu in, %llu out, %llu dropped (queue full), %llu dropped (not connected), "
-        "%llu receive overflows, %llu malformed\n",
+        "%llu receive overflows, %llu malformed, %llu error frames\n",
         bus->Name().c_str(), state.empty() ? "" : ", ", state.c_str(), Count{s.received}, Count{s.sent},
         Count{s.dropped_queue_full}, Count{s.dropped_disconnected}, Count{s.receive_overflows},
-        Count{s.malformed});
+        Count{s.malformed}, Count{s.error_frames});
   }
   return text;
 }

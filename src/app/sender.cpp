@@ -44,14 +44,33 @@ void Sender::TakePublication(const Publication& publication) noexcept {
     std::int64_t& lateness_ns = waiting.publication.telemetry.status.recent_lateness_ns;
     if (Has(tell_lateness_, i)) lateness_ns = std::max(lateness_ns, before_ns);
   }
+  newest_ = publication;
+}
+
+/// A change is told at once, with the newest state there is.
+void Sender::TakeBusCondition() noexcept {
+  const can::BusCondition before = bus_;
+  if (!conditions_.Take(bus_) || bus_.IsLike(before)) return;
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    if (!Has(tell_bus_, i)) continue;
+    waiting_[i].due = true;
+    waiting_[i].not_before_ns = 0;
+    waiting_[i].publication = newest_;
+  }
 }
 
 void Sender::SendWaiting(bool at_once) noexcept {
   Publication publication;
   while (task_.TryPopPublication(publication)) TakePublication(publication);
+  TakeBusCondition();
+  nothing_waits_ = true;
   const std::int64_t now_ns = rt::MonotonicNs();
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
-    if (!waiting_[i].due || (now_ns < waiting_[i].not_before_ns && !at_once)) continue;
+    if (!waiting_[i].due) continue;
+    if (now_ns < waiting_[i].not_before_ns && !at_once) {
+      nothing_waits_ = false;
+      continue;
+    }
     waiting_[i].due = false;
     waiting_[i].not_before_ns = now_ns + static_cast<std::int64_t>(contract_.CycleTicks(i)) * kTickNs / 2;
     Send(i, waiting_[i].publication);
@@ -61,7 +80,11 @@ void Sender::SendWaiting(bool at_once) noexcept {
 
 void Sender::SendAll(const std::atomic<bool>& stop) noexcept {
   patient_until_ = &stop;
-  for (std::size_t i = 0; i < waiting_.size(); ++i) Send(i, task_.PublicationNow(i));
+  conditions_.Take(bus_);
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    Publication publication = task_.PublicationNow(i);
+    Send(i, publication);
+  }
   FollowFaults();
 }
 
@@ -74,7 +97,8 @@ void Sender::SendStopped() noexcept {
   }
 }
 
-void Sender::Send(std::size_t message, const Publication& publication) noexcept {
+void Sender::Send(std::size_t message, Publication& publication) noexcept {
+  publication.telemetry.bus = bus_;
   const fault::Transmission& fate = publication.fate;
   if (fate.lost || publication.telemetry.status.line_down) {
     ++counters_.faulted;
@@ -115,6 +139,7 @@ void Sender::FollowFaults() noexcept {
   }
   if (!line.down) SendNonsense(line, tick - followed_tick_);
   followed_tick_ = tick;
+  if (!delayed_.Empty() || line.babble_hz > 0.0 || line.errors_hz > 0.0) nothing_waits_ = false;
 }
 
 /// As many as have become due in `ticks`.

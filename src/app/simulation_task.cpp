@@ -221,9 +221,12 @@ Publication SimulationTask::PublicationNow(std::size_t message) const noexcept {
     publication.fate = fault::FateOfPublished(faults, static_cast<std::uint8_t>(message), Clock());
   const std::uint64_t tick = now_.sample.tick;
   if (!fault::Sensors::Act(faults, tick)) return publication;
-  publication.measured.is_truth = false;
   std::array<double, kMostQuantities> values{};
-  sensors_->Measure(faults, tick, Truth(values), publication.measured.values);
+  const std::span<const double> truth = Truth(values);
+  Measured& measured = publication.measured;
+  sensors_->Measure(faults, tick, truth, measured.values);
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    measured.changed |= std::uint64_t{measured.values[i] != truth[i]} << i;
   return publication;
 }
 

@@ -25,15 +25,16 @@ constexpr int kAnswerMs = 1;  // while the simulation is to answer
 
 Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
              std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-             Reloader& reloader, const Contract& contract)
+             Reloader& reloader, BusWatch& buses, const Contract& contract)
     : emulator_(emulator),
       network_(network),
       options_(options),
       statistics_(std::move(statistics)),
       snapshots_(snapshots),
       control_(control),
-      reloader_(reloader),
       contract_(contract),
+      reloader_(reloader),
+      buses_(buses),
       now_(emulator.Final()),
       terminal_(isatty(STDOUT_FILENO) != 0),
       last_ns_(rt::MonotonicNs()) {}
@@ -44,9 +45,10 @@ void Watch::Run(const StopSignals& signals) {
     ended = Wait(signals);
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
-    TellThatItLives();
     LogFaults();
-    if (control_ != nullptr) control_->Serve(now_);
+    buses_.Look();
+    TellThatItLives();
+    if (control_ != nullptr) control_->Serve(now_, buses_.Reports());
     snapshots_.WriteAllOrTell(emulator_);
     if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
   }

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "bus_watch.hpp"
 #include "control/server.hpp"
 #include "reload.hpp"
 #include "service_manager.hpp"
@@ -21,7 +22,7 @@ class Watch {
   /// @param reloader  called at SIGHUP. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
         std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-        Reloader& reloader, const Contract& contract);
+        Reloader& reloader, BusWatch& buses, const Contract& contract);
 
   /// Until a stop signal or the end of the run.
   void Run(const StopSignals& signals);
@@ -44,9 +45,10 @@ class Watch {
   std::filesystem::path statistics_;
   const SnapshotWriter& snapshots_;
   control::Server* control_;
+  const Contract& contract_;
   Reloader& reloader_;
   ServiceManager manager_;
-  const Contract& contract_;
+  BusWatch& buses_;
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;

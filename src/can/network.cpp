@@ -117,6 +117,7 @@ BusStatistics Network::Statistics() const noexcept {
     sum.dropped_disconnected += one.dropped_disconnected;
     sum.receive_overflows += one.receive_overflows;
     sum.malformed += one.malformed;
+    sum.error_frames += one.error_frames;
   }
   return sum;
 }

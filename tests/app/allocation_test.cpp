@@ -95,6 +95,7 @@ std::uint64_t RunAllFaults(SimulationTask& task) {
     request.injection.id = spec.id;
     for (std::size_t i = 0; i < fault::kMostParameters; ++i)
       request.injection.values[i] = spec.parameters[i].preset;
+    if (spec.HasSignal()) request.injection.target = 0;
     request.injection.ramp_ticks = 20;
     request.injection.for_ticks = 100;
     task.PutRequest(request);

@@ -9,7 +9,7 @@
 namespace servohil::app::testing {
 
 /// Numbers of the messages that the default configuration publishes.
-enum : std::size_t { kPosition, kPressures, kRelay, kStatus, kMessageCount };
+enum : std::size_t { kPosition, kPressures, kRelay, kBus, kStatus, kMessageCount };
 
 inline constexpr const char* kConfigurationFile = SERVOHIL_CONFIG_DIR "/servohil.toml";
 

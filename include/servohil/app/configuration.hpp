@@ -45,6 +45,13 @@ struct CanSettings {
   std::vector<std::string> interfaces = {"vcan0", "can0"};
   int bit_rate_bit_s = 500'000;
   int command_cycle_ms = 10;  ///< expected of the governor; for the bus load
+  bool allow_physical = false;
+  bool configure = false;  ///< sets up kernel interfaces at the start
+  double sample_point = 0.875;
+  int restart_ms = 100;  ///< of the kernel, after bus-off; 0: the emulator restarts, by the two below
+  int backoff_ms = 100;
+  int most_backoff_ms = 10'000;
+  int queue_length = 16;
 };
 
 /// Cycle times of the published messages [ms]; 0: not sent.
@@ -53,6 +60,7 @@ struct PublishSettings {
   int pressures_ms = 10;
   int relay_ms = 100;
   int status_ms = 100;
+  int bus_ms = 1000;
 };
 
 struct Configuration {

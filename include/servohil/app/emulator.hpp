@@ -74,6 +74,12 @@ class Emulator {
   std::uint64_t SnapshotsRefused() const noexcept { return task_->SnapshotsRefused(); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
+  bool TakeBusErrors(std::size_t bus, can::ErrorTotals& errors) noexcept {
+    return receiver_->TakeErrors(bus, errors);
+  }
+  std::uint64_t Conflicts(std::size_t bus) const noexcept { return receiver_->Conflicts(bus); }
+  /// For the messages that tell it.
+  void PutBusCondition(const can::BusCondition& condition) noexcept { sender_->PutBusCondition(condition); }
   const SendCounters& Sent() const noexcept { return sender_->Counters(); }
   const rt::LatencyHistogram& ArrivalToTick() const noexcept { return task_->ArrivalToTick(); }
   const rt::LatencyHistogram& ArrivalToFrame() const noexcept { return sender_->ArrivalToFrame(); }
@@ -107,6 +113,7 @@ class Emulator {
   void BeReady(const char* name, int priority, int cpu);
   void Finish() noexcept;
 
+  const Contract& contract_;
   can::Network& network_;
   EmulatorOptions options_;
   std::unique_ptr<SimulationTask> task_;

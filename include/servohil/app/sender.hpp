@@ -13,6 +13,7 @@
 #include "servohil/app/simulation_task.hpp"
 #include "servohil/can/network.hpp"
 #include "servohil/rt/latency_histogram.hpp"
+#include "servohil/rt/mailbox.hpp"
 
 namespace servohil::app {
 
@@ -37,11 +38,16 @@ class Sender {
         waiting_(contract.MessageCount()),
         reflect_command_(contract.MessagesCarrying("x3_in")),
         tell_lateness_(contract.MessagesCarrying("recent_lateness_ms")),
-        tell_mode_(contract.MessagesCarrying("mode")) {}
+        tell_mode_(contract.MessagesCarrying("mode")),
+        tell_bus_(contract.MessagesCarrying("bus_state")) {}
 
   /// Real time: of several states that wait, only the newest of each message is sent, and no two closer than
   /// half its cycle: after a delay the bus gets the present, not a burst of the past.
   void SendDue() noexcept { SendWaiting(false); }
+  /// The sender's thread: all that was due up to this tick has been sent.
+  bool IsDoneUpTo(std::uint64_t tick) const noexcept {
+    return nothing_waits_ && newest_.telemetry.sample.tick >= tick;
+  }
   /// The same at the end: whatever waits, at once.
   void SendRest() noexcept { SendWaiting(true); }
 
@@ -51,6 +57,9 @@ class Sender {
 
   /// Every message that carries the mode, which is STOPPED.
   void SendStopped() noexcept;
+
+  /// Any one thread: how the bus is. Messages that tell its state are sent at each change of it.
+  void PutBusCondition(const can::BusCondition& condition) noexcept { conditions_.Put(condition); }
 
   /// Any thread.
   const SendCounters& Counters() const noexcept { return counters_; }
@@ -67,8 +76,9 @@ class Sender {
 
   void SendWaiting(bool at_once) noexcept;
   void TakePublication(const Publication& publication) noexcept;
+  void TakeBusCondition() noexcept;
   /// What faults make of it.
-  void Send(std::size_t message, const Publication& publication) noexcept;
+  void Send(std::size_t message, Publication& publication) noexcept;
   void Transmit(const Outgoing& outgoing) noexcept;
   can::SendResult Try(const can::Frame& frame) noexcept;
   void Account(const Outgoing& outgoing, can::SendResult result) noexcept;
@@ -91,6 +101,11 @@ class Sender {
   const MessageSet reflect_command_;  ///< carry the position
   const MessageSet tell_lateness_;
   const MessageSet tell_mode_;
+  const MessageSet tell_bus_;
+  rt::Mailbox<can::BusCondition> conditions_;
+  can::BusCondition bus_;
+  Publication newest_;
+  bool nothing_waits_ = true;         ///< after the last look
   std::int64_t last_arrival_ns_ = 0;  ///< of the newest command that was reflected
   rt::LatencyHistogram arrival_to_frame_;
   SendCounters counters_;

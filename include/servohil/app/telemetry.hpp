@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "servohil/app/sample.hpp"
+#include "servohil/can/bus_condition.hpp"
 #include "servohil/model/servomotor.hpp"
 
 namespace servohil::app {
@@ -67,6 +68,7 @@ struct Telemetry {
   Status status;
   model::Outputs outputs{};  ///< at a tick where something is due, and after the last of a run of ticks
   MessageSet due = 0;        ///< messages whose cycle ends at this tick
+  can::BusCondition bus;     ///< filled in by the sender
 };
 
 }  // namespace servohil::app

@@ -27,7 +27,7 @@ using Understood = std::variant<Request, Question, nlohmann::json>;
 struct RequestLine {
   std::string id;  ///< as JSON; "null": none
   Understood asks;
-  std::string warning;  ///< for the answer; empty: none
+  std::string warning = {};  ///< for the answer; empty: none
 };
 
 /// What a line asks. Never throws: what is wrong is the answer.

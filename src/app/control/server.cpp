@@ -16,6 +16,7 @@
 #include <system_error>
 #include <utility>
 
+#include "bus_status.hpp"
 #include "servohil/error.hpp"
 #include "socket_address.hpp"
 #include "status.hpp"
@@ -103,8 +104,9 @@ void Server::AddTo(std::vector<pollfd>& descriptors) const {
   }
 }
 
-void Server::Serve(const Telemetry& now) {
+void Server::Serve(const Telemetry& now, const std::vector<BusReport>& buses) {
   now_ = now;
+  buses_ = buses;
   ServeClients();
   AcceptWhoCame();
 }
@@ -182,8 +184,11 @@ void Server::TakeLine(Client& client, std::string_view line) {
 Json Server::AnswerTo(Question question) {
   emulator_.TakeFaults(faults_);
   switch (question) {
-    case Question::kStatus:
-      return StatusToJson(now_);
+    case Question::kStatus: {
+      Json status = StatusToJson(now_);
+      status["buses"] = BusesToJson(buses_);
+      return status;
+    }
     case Question::kFaults:
       return FaultsToJson(faults_, now_.sample.tick, permissions_.faults);
     default:

@@ -6,7 +6,9 @@ namespace {
 /// No bus is disturbed: only the configuration may forbid it.
 control::Permissions PermissionsOf(const Configuration& configuration) {
   FaultContext context;
-  context.surroundings = {&configuration.model, false, false};
+  context.surroundings.unfaulted = &configuration.model;
+  context.surroundings.has_bus = false;
+  context.surroundings.real_time = false;
   return {context, configuration.fault.armed != Armed::kNo, "faults are not armed: fault.armed = \"no\""};
 }
 
