@@ -27,7 +27,6 @@
 #include "servohil/app/envelope_check.hpp"
 #include "servohil/app/run_texts.hpp"
 #include "servohil/app/ticks.hpp"
-#include "servohil/can/dbc.hpp"
 #include "servohil/can/network.hpp"
 #include "servohil/error.hpp"
 #include "snapshot_writer.hpp"
@@ -61,7 +60,7 @@ struct Setup {
         configuration(LoadFor(scenario.get(), options.configuration)),
         derived(configuration.model),
         start(RequireSteadyStateAt(derived, configuration.start_x3_in)),
-        contract(can::ReadDbc(configuration.can.dbc), configuration.publish) {}
+        contract(configuration) {}
 
   std::unique_ptr<scenario::ScenarioFile> scenario;  ///< null: none
   Configuration configuration;
@@ -129,11 +128,11 @@ std::string ReadyLine(const can::Network& network, const Telemetry& start, const
 /// Faults over CAN: their identifier is let in before the buses are known, their rights come after.
 struct FaultMessages {
   explicit FaultMessages(const Configuration& configuration)
-      : database(can::ReadDbc(configuration.can.dbc)),
-        request(database.RequireMessage("FAULT_Request")),
-        response(database.RequireMessage("FAULT_Response")) {}
+      : databases(can::ReadDbcs(configuration.can.dbc)),
+        request(databases.RequireMessage("FAULT_Request")),
+        response(databases.RequireMessage("FAULT_Response")) {}
 
-  const can::Database database;
+  const can::Databases databases;
   const can::Message& request;
   const can::Message& response;
 };
@@ -141,7 +140,7 @@ struct FaultMessages {
 can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options,
                              const std::optional<FaultMessages>& faults) {
   can::BusOptions bus;
-  bus.wanted.push_back({setup.contract.CommandId(), setup.contract.CommandIsExtended()});
+  bus.wanted = setup.contract.Wanted();
   if (faults) bus.wanted.push_back({faults->request.id, faults->request.extended});
   if (options.clock == Clock::kLockstep && options.lockstep.sync_id >= 0)
     bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});

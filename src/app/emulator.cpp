@@ -18,6 +18,7 @@ constexpr double kNsPerMs = 1e6;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.
 constexpr std::int64_t kSenderDelayNs = 50'000;
+constexpr std::int64_t kResponsesEveryNs = 5'000'000;      ///< to FAULT_Request: half of what they may take
 constexpr std::int64_t kSenderLooksEveryNs = 20'000'000;  ///< at least: for what is due by no cycle
 constexpr std::int64_t kOneWake = 1;
 constexpr int kReceiverPriorityBelow = 5;
@@ -158,9 +159,11 @@ void Emulator::RunSender() {
   BeReady("can_tx", options_.task.loop.priority - kSenderPriorityBelow, -1);
   const std::int64_t period_ns = options_.task.loop.wake_ticks * kTickNs;
   const std::int64_t first_ns = first_deadline_ns_ + kSenderDelayNs;
+  const std::int64_t looks_every_ns =
+      options_.fault_port != nullptr ? kResponsesEveryNs : kSenderLooksEveryNs;
   const SenderSchedule schedule(
       contract_.Cycles(), static_cast<std::uint64_t>(options_.task.loop.wake_ticks), task_->FirstTick(),
-      static_cast<std::uint64_t>(std::max(kSenderLooksEveryNs / period_ns, kOneWake)));
+      static_cast<std::uint64_t>(std::max(looks_every_ns / period_ns, kOneWake)));
   std::uint64_t wake = 1;
   while (!stop_sender_.load(std::memory_order_relaxed)) {
     rt::SleepUntil(first_ns + static_cast<std::int64_t>(wake - 1) * period_ns);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "contract_report.hpp"
 #include "formatted.hpp"
 
 namespace servohil::app {
@@ -53,6 +54,17 @@ std::string TimingSummary(const Emulator& emulator, const EmulatorOptions& optio
           Formatted("; page faults in the loop %ld\n", emulator.LoopPageFaults());
   text += "command  from arrival to its first tick " + Quantiles(emulator.ArrivalToTick()) +
           "; to its first frame " + Quantiles(emulator.ArrivalToFrame()) + '\n';
+  return text;
+}
+
+std::string SaturationSummary(const Contract& contract, const SendCounters& out) {
+  std::string text;
+  for (std::size_t i = 0; i < contract.MessageCount(); ++i) {
+    if (const std::uint64_t frames = out.saturated[i].load(); frames > 0) {
+      text += Formatted("clipped  %llu frames of ", Count{frames}) +
+              DescribeSaturation(contract.OutgoingMessages()[i], out.saturated_fields[i].load()) + '\n';
+    }
+  }
   return text;
 }
 
@@ -120,6 +132,7 @@ std::string Summary(const Emulator& emulator, const can::Network& network, const
   text += Formatted("out      %llu published, %llu not sent, %llu superseded, %llu lost in the program\n",
                     count(out.published), count(out.not_sent), count(out.superseded),
                     Count{emulator.TelemetryDropped()});
+  text += SaturationSummary(emulator.Frames(), out);
   for (const auto& bus : network.Buses()) {
     const can::BusStatistics s = bus->Statistics();
     const std::string state = bus->State();

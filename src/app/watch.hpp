@@ -36,6 +36,7 @@ class Watch {
   void TellThatItLives();
   void LogWhatWentWrong();
   void LogFaults();
+  void LogSaturation();
   void WriteStatisticsSoFar();
   void TellEachSecond();
 
@@ -53,6 +54,7 @@ class Watch {
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;
   std::uint64_t snapshots_refused_ = 0;
+  std::array<FieldSet, kMostMessages> told_saturated_{};  ///< signals that have been named in the log
   bool terminal_;
   std::int64_t last_ns_;
   std::uint64_t last_tick_ = 0;

@@ -9,9 +9,16 @@
 namespace servohil::app {
 namespace {
 
+/// Nothing published.
+Configuration QuietConfiguration() {
+  return LoadConfiguration(testing::kConfigurationFile,
+                           {"publish.position_ms=0", "publish.pressures_ms=0", "publish.relay_ms=0",
+                            "publish.bus_ms=0", "publish.status_ms=0"});
+}
+
 std::string ErrorOf(const std::string& dbc) {
   try {
-    const Contract contract(can::ParseDbc(dbc, "test.dbc"), PublishSettings{0, 0, 0, 0, 0});
+    const Contract contract({{can::ParseDbc(dbc, "test.dbc")}}, QuietConfiguration());
   } catch (const UsageError& error) {
     return error.what();
   }
@@ -41,9 +48,9 @@ TEST(Contract, DecodesAWorkedCommand) {
   // P1 30.533 psi = 30533 raw = 0x07745 in bits 12 to 31; counter 3 in bits 8 to 11.
   frame.data = {0x00, 0x53, 0x74, 0x07};
   CommandRejection rejection{};
-  const auto command = setup.contract.DecodeCommand(frame, rejection);
+  const auto command = setup.contract.Decode(frame, rejection);
   ASSERT_TRUE(command);
-  EXPECT_NEAR(command->p1_psi, 30.533, 1e-12);
+  EXPECT_NEAR(command->p1_psi.value_or(0.0), 30.533, 1e-12);
 }
 
 TEST(Contract, TellsApartWhyAFrameIsNoCommand) {
@@ -54,23 +61,23 @@ TEST(Contract, TellsApartWhyAFrameIsNoCommand) {
   CommandRejection rejection{};
   can::Frame other = frame;
   other.id = 0x101;
-  EXPECT_FALSE(setup.contract.DecodeCommand(other, rejection));
+  EXPECT_FALSE(setup.contract.Decode(other, rejection));
   EXPECT_EQ(rejection, CommandRejection::kUnknownId);
   other = frame;
   other.extended = true;
-  EXPECT_FALSE(setup.contract.DecodeCommand(other, rejection));
+  EXPECT_FALSE(setup.contract.Decode(other, rejection));
   EXPECT_EQ(rejection, CommandRejection::kUnknownId) << "0x100 with 29 bits is another identifier";
   other = frame;
   other.size = 3;
-  EXPECT_FALSE(setup.contract.DecodeCommand(other, rejection));
+  EXPECT_FALSE(setup.contract.Decode(other, rejection));
   EXPECT_EQ(rejection, CommandRejection::kMalformed);
   other = frame;
   other.remote = true;
-  EXPECT_FALSE(setup.contract.DecodeCommand(other, rejection));
+  EXPECT_FALSE(setup.contract.Decode(other, rejection));
   EXPECT_EQ(rejection, CommandRejection::kMalformed);
   other = frame;
   other.data = {0, 0xF0, 0xFF, 0xFF};  // 1048.575 psi
-  EXPECT_FALSE(setup.contract.DecodeCommand(other, rejection));
+  EXPECT_FALSE(setup.contract.Decode(other, rejection));
   EXPECT_EQ(rejection, CommandRejection::kOutOfRange);
 }
 
@@ -90,8 +97,8 @@ TEST(Contract, HasTheResolutionThatWasPromised) {
 
 TEST(Contract, RefusesADbcThatDoesNotFit) {
   EXPECT_NE(ErrorOf("BO_ 1 GOV_Comand: 8 X\n").find("GOV_Command"), std::string::npos);
-  EXPECT_NE(ErrorOf("BO_ 1 GOV_Command: 8 X\n SG_ P1_Demand : 0|16@1+ (1,0) [0|0] \"bar\" X\n")
-                .find("test.dbc:2: GOV_Command.P1_Demand has the unit \"bar\", expected \"psi\""),
+  EXPECT_NE(ErrorOf("BO_ 1 GOV_Command: 8 X\n SG_ P1_Demand : 0|16@1+ (1,0) [0|0] \"V\" X\n")
+                .find("test.dbc:2: GOV_Command.P1_Demand has the unit \"V\", expected one of psi, bar"),
             std::string::npos);
   EXPECT_NE(ErrorOf("BO_ 1 GOV_Command: 8 X\n SG_ P1 : 0|16@1+ (1,0) [0|0] \"psi\" X\n").find("P1_Demand"),
             std::string::npos);

@@ -73,6 +73,7 @@ class Emulator {
   bool TryPopFaultEvent(fault::Event& event) noexcept { return task_->TryPopFaultEvent(event); }
   std::uint64_t SnapshotsRefused() const noexcept { return task_->SnapshotsRefused(); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
+  const Contract& Frames() const noexcept { return contract_; }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
   bool TakeBusErrors(std::size_t bus, can::ErrorTotals& errors) noexcept {
     return receiver_->TakeErrors(bus, errors);
