@@ -65,8 +65,9 @@ class Recording:
     def _messages(self, signals):
         """{signal: message that was published with it}"""
         import canmatrix.formats
-        matrix = canmatrix.formats.loads_flat(self.attributes["dbc"], import_type="dbc", key="")
-        messages = [m for m in matrix.frames if len(self.published_ticks.get(m.name, ())) > 0]
+        texts = [text for name, text in self.attributes.items() if name == "dbc" or name.startswith("dbc_")]
+        messages = [m for text in texts for m in canmatrix.formats.loads_flat(text, import_type="dbc", key="").frames
+                    if len(self.published_ticks.get(m.name, ())) > 0]
         return {s: m for m in messages for s in signals if m.signal_by_name(s) is not None}
 
     def bands(self):

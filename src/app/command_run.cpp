@@ -129,8 +129,8 @@ std::string ReadyLine(const can::Network& network, const Telemetry& start, const
 struct FaultMessages {
   explicit FaultMessages(const Configuration& configuration)
       : databases(can::ReadDbcs(configuration.can.dbc)),
-        request(databases.RequireMessage("FAULT_Request")),
-        response(databases.RequireMessage("FAULT_Response")) {}
+        request(*databases.RequireMessage("FAULT_Request").message),
+        response(*databases.RequireMessage("FAULT_Response").message) {}
 
   const can::Databases databases;
   const can::Message& request;
