@@ -129,9 +129,23 @@ can::BusModelSettings BusModelOf(const CanSettings& can) {
   return {static_cast<std::uint32_t>(can.emulate_bit_rate_bit_s), static_cast<std::size_t>(can.queue_length)};
 }
 
-can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options) {
+/// Faults over CAN: their identifier is let in before the buses are known, their rights come after.
+struct FaultMessages {
+  explicit FaultMessages(const Configuration& configuration)
+      : databases(can::ReadDbcs(configuration.can.dbc)),
+        request(*databases.RequireMessage("FAULT_Request").message),
+        response(*databases.RequireMessage("FAULT_Response").message) {}
+
+  const can::Databases databases;
+  const can::Message& request;
+  const can::Message& response;
+};
+
+can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options,
+                             const std::optional<FaultMessages>& faults) {
   can::BusOptions bus;
   bus.wanted = setup.contract.Wanted();
+  if (faults) bus.wanted.push_back({faults->request.id, faults->request.extended});
   if (options.clock == Clock::kLockstep && options.lockstep.sync_id >= 0)
     bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});
   // What another node sends with an identifier of ours is to be seen, too.
@@ -216,10 +230,12 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   if (options.clock == Clock::kLockstep && configuration.can.emulate_bit_rate_bit_s != 0)
     emulator_options.lockstep_bus = BusModelOf(configuration.can);
 
+  std::optional<FaultMessages> fault_messages;
+  if (configuration.fault.allow_can) fault_messages.emplace(configuration);
   CheckBusLoad(setup.contract, configuration.can);
   can::Network network(
       ResolveBuses(options.buses.empty() ? configuration.can.buses : options.buses, configuration.can),
-      BusOptionsOf(setup, emulator_options));
+      BusOptionsOf(setup, emulator_options, fault_messages));
   ReportBuses(network, configuration.can.bit_rate_bit_s);
 
   const RunTexts texts = DescribeConfiguration(configuration);
@@ -229,6 +245,13 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   emulator_options.task.recorder = recorder.get();
   const FaultContext faults = FaultContextOf(setup, network, options.clock);
   const control::Permissions permissions = PermissionsOf(configuration, faults, network);
+  std::optional<FaultPort> fault_port;
+  if (fault_messages) {
+    fault_port.emplace(fault_messages->request, fault_messages->response,
+                       FaultPort::Rights{permissions.faults.surroundings, permissions.armed,
+                                         setup.contract.MessageCount(), Quantities().size()});
+    emulator_options.fault_port = &*fault_port;
+  }
   std::optional<ScenarioOnBus> scenario;
   if (setup.scenario) {
     scenario.emplace(*setup.scenario, permissions, options.clock);

@@ -20,6 +20,7 @@ constexpr double kNsPerMs = 1e6;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.
 constexpr std::int64_t kSenderDelayNs = 50'000;
+constexpr std::int64_t kResponsesEveryNs = 5'000'000;     ///< to FAULT_Request: half of what they may take
 constexpr std::int64_t kSenderLooksEveryNs = 20'000'000;  ///< at least: for what is due by no cycle
 constexpr std::int64_t kOneWake = 1;
 constexpr int kReceiverPriorityBelow = 5;
@@ -103,6 +104,7 @@ void Emulator::Stop() noexcept {
     stop_sender_ = true;
     sender_thread_.join();
     sender_->SendRest();
+    SendFaultResponses();
   } else {
     network_.Wake();
     simulation_thread_.join();
@@ -149,7 +151,10 @@ void Emulator::RunReceiver() {
   BeReady("can_rx", options_.task.loop.priority - kReceiverPriorityBelow, -1);
   while (!stop_.load(std::memory_order_relaxed)) {
     const int wait_ms = receiver_->HasDelayed() ? kLookForDelayedMs : kForEver;
-    if (const std::optional<can::Frame> frame = network_.Receive(wait_ms)) receiver_->Take(*frame);
+    if (const std::optional<can::Frame> frame = network_.Receive(wait_ms)) {
+      receiver_->Take(*frame);
+      TakeFaultRequest(*frame);
+    }
     receiver_->TakeDelayed();
   }
 }
@@ -158,13 +163,16 @@ void Emulator::RunSender() {
   BeReady("can_tx", options_.task.loop.priority - kSenderPriorityBelow, -1);
   const std::int64_t period_ns = options_.task.loop.wake_ticks * kTickNs;
   const std::int64_t first_ns = first_deadline_ns_ + kSenderDelayNs;
-  const SenderSchedule schedule(
-      contract_.Cycles(), static_cast<std::uint64_t>(options_.task.loop.wake_ticks), task_->FirstTick(),
-      static_cast<std::uint64_t>(std::max(kSenderLooksEveryNs / period_ns, kOneWake)));
+  const std::int64_t looks_every_ns =
+      options_.fault_port != nullptr ? kResponsesEveryNs : kSenderLooksEveryNs;
+  const SenderSchedule schedule(contract_.Cycles(), static_cast<std::uint64_t>(options_.task.loop.wake_ticks),
+                                task_->FirstTick(),
+                                static_cast<std::uint64_t>(std::max(looks_every_ns / period_ns, kOneWake)));
   std::uint64_t wake = 1;
   while (!stop_sender_.load(std::memory_order_relaxed)) {
     rt::SleepUntil(first_ns + static_cast<std::int64_t>(wake - 1) * period_ns);
     sender_->SendDue();
+    SendFaultResponses();
     // Where the simulation is behind, or a message must wait for its time, the next wake-up brings more.
     wake = sender_->IsDoneUpTo(schedule.NewestDue(wake)) ? schedule.Next(wake) : wake + 1;
     const std::int64_t passed = (rt::MonotonicNs() - first_ns) / period_ns + 1;
@@ -182,6 +190,9 @@ void Emulator::RunLockstep() {
     turns_.fetch_add(1, std::memory_order_relaxed);
     task_->ServeRequests();
     if (!frame) continue;
+    TakeFaultRequest(*frame);
+    task_->ServeRequests();
+    SendFaultResponses();
     const bool is_command = receiver_->Take(*frame);
     if (!LetsTimePass(*frame, is_command)) continue;
     receiver_->TakeDelayed();
@@ -215,7 +226,10 @@ void Emulator::RunModelledLockstep() {
       goes_on = goes_on && task_->Run(static_cast<int>(passed->tick - tick));
       tick = passed->tick;
       receiver_->Take(passed->frame);
+      TakeFaultRequest(passed->frame);
     }
+    task_->ServeRequests();
+    SendFaultResponses();
     receiver_->TakeDelayed();
     goes_on = goes_on && task_->Run(static_cast<int>(end - tick));
     sender_->SendAll(stop_, lockstep_bus_->Order());
@@ -226,6 +240,26 @@ void Emulator::RunModelledLockstep() {
 
 std::optional<can::BusModelStatistics> Emulator::ModelledBus() const noexcept {
   return lockstep_bus_ ? lockstep_bus_->Statistics() : network_.Modelled();
+}
+
+void Emulator::TakeFaultRequest(const can::Frame& frame) noexcept {
+  if (options_.fault_port == nullptr) return;
+  const std::optional<Request> request = options_.fault_port->Take(frame);
+  if (request && !task_->PutBusRequest(*request)) options_.fault_port->TellBusy(*request);
+}
+
+void Emulator::SendFaultResponses() noexcept {
+  if (options_.fault_port == nullptr) return;
+  can::Frame frame;
+  while (options_.fault_port->TryPopResponse(frame)) SendFaultResponse(frame);
+  Answer answer;
+  while (task_->TryPopBusAnswer(answer)) SendFaultResponse(options_.fault_port->ResponseTo(answer));
+}
+
+void Emulator::SendFaultResponse(const can::Frame& frame) noexcept {
+  const bool sent = network_.Send(frame) == can::SendResult::kSent;
+  Recorder* recorder = options_.task.recorder;
+  if (sent && recorder != nullptr) recorder->RecordSent(task_->Clock(), kMostMessages, frame);
 }
 
 bool Emulator::LetsTimePass(const can::Frame& frame, bool is_command) const noexcept {

@@ -183,6 +183,9 @@ constexpr std::array kKeys = std::to_array<Key>({
     {"fault.armed", "", 0.0, 0.0,
      "whether faults may be injected: \"yes\", \"no\", \"auto\": where no bus is physical",
      +[](C& c) -> Armed& { return c.fault.armed; }},
+    {"fault.allow_can", "", 0.0, 0.0,
+     "FAULT_Request frames inject and clear faults, where fault.armed allows any (PROTOCOL.md)",
+     +[](C& c) -> bool& { return c.fault.allow_can; }},
 
     {"can.dbc", "", 0.0, 0.0, "DBC file or list of them: the contract with the governor",
      +[](C& c) -> std::vector<std::string>& { return c.can.dbc; }},

@@ -33,6 +33,7 @@ enum class Armed : std::uint8_t { kAuto, kYes, kNo };
 
 struct FaultSettings {
   Armed armed = Armed::kAuto;  ///< kAuto: where no bus is physical
+  bool allow_can = false;      ///< FAULT_Request frames are followed, where faults are armed
 };
 
 struct LockstepSettings {

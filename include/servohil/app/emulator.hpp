@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "servohil/app/contract.hpp"
+#include "servohil/app/fault_port.hpp"
 #include "servohil/app/lockstep_bus.hpp"
 #include "servohil/app/receiver.hpp"
 #include "servohil/app/sender.hpp"
@@ -43,6 +44,7 @@ struct EmulatorOptions {
   LockstepSettings lockstep;
   std::optional<can::BusModelSettings> lockstep_bus;  ///< in lockstep, frames take their time and turn
   RealTime real_time = RealTime::kPrefer;             ///< of no importance in lockstep
+  FaultPort* fault_port = nullptr;  ///< faults over CAN; must outlive the emulator; none: not allowed
 };
 
 class Emulator {
@@ -107,6 +109,11 @@ class Emulator {
   void RunSender();
   void RunLockstep();
   void RunModelledLockstep();
+  /// Receiver: what a FAULT_Request frame asks.
+  void TakeFaultRequest(const can::Frame& frame) noexcept;
+  /// Sender: FAULT_Response frames.
+  void SendFaultResponses() noexcept;
+  void SendFaultResponse(const can::Frame& frame) noexcept;
   bool LetsTimePass(const can::Frame& frame, bool is_command) const noexcept;
   /// Sets up the calling thread, then waits for the start.
   void BeReady(const char* name, int priority, int cpu);

@@ -14,6 +14,7 @@
 #include "servohil/app/recording/sample_columns.hpp"
 #include "servohil/can/codec.hpp"
 #include "servohil/error.hpp"
+#include "servohil/fault/catalogue.hpp"
 #include "servohil/model/step.hpp"
 
 namespace servohil::app {
@@ -72,6 +73,13 @@ hdf5::Id CreateFile(const std::string& name) {
                        name + ": cannot be made");
 }
 
+/// "1 air_entrainment" for each fault of the catalogue, a line each: what the numbers on file mean.
+std::string FaultNames() {
+  std::string names;
+  for (const fault::Spec& spec : fault::Catalogue()) names += std::to_string(spec.id) + ' ' + spec.name + '\n';
+  return names;
+}
+
 void WriteAttributes(hid_t file, const RecordingAttributes& a, const std::string& name) {
   hdf5::WriteAttribute(file, attribute::kFormat, kRecordingFormat, name);
   hdf5::WriteAttribute(file, attribute::kConfiguration, a.configuration_toml, name);
@@ -88,6 +96,7 @@ void WriteAttributes(hid_t file, const RecordingAttributes& a, const std::string
   hdf5::WriteAttribute(file, attribute::kStartTime, UtcNow(), name);
   hdf5::WriteAttribute(file, attribute::kTick, model::kTickS, name);
   hdf5::WriteAttribute(file, attribute::kEveryTicks, a.every_ticks, name);
+  hdf5::WriteAttribute(file, attribute::kFaults, FaultNames(), name);
 }
 
 std::vector<TableColumn> SampleTableColumns() {

@@ -28,6 +28,7 @@ inline constexpr const char* kHost = "host";
 inline constexpr const char* kStartTime = "start_time";
 inline constexpr const char* kTick = "tick_s";
 inline constexpr const char* kEveryTicks = "every_ticks";
+inline constexpr const char* kFaults = "faults";
 // Only at the end:
 inline constexpr const char* kEndTime = "end_time";
 inline constexpr const char* kVerdict = "verdict";
