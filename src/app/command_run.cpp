@@ -157,11 +157,22 @@ std::vector<std::string> BusNames(const can::Network& network) {
   return names;
 }
 
+FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clock clock) {
+  FaultContext context;
+  context.contract = &setup.contract;
+  context.surroundings.unfaulted = &setup.configuration.model;
+  context.surroundings.real_time = clock == Clock::kReal;
+  for (const auto& bus : network.Buses()) {
+    const char* why = bus->WhyNoErrorFrames();
+    if (why != nullptr) context.surroundings.why_no_error_frames = why;
+  }
+  return context;
+}
+
 /// Faults belong on a bus that no real machine is on, unless the configuration says otherwise.
-/// @param unfaulted  what runs
-control::Permissions PermissionsOf(const Configuration& configuration, const model::Parameters& unfaulted,
+control::Permissions PermissionsOf(const Configuration& configuration, const FaultContext& context,
                                    const can::Network& network) {
-  control::Permissions permissions{&unfaulted, configuration.fault.armed == Armed::kYes, {}};
+  control::Permissions permissions{context, configuration.fault.armed == Armed::kYes, {}};
   if (permissions.armed) return permissions;
   if (configuration.fault.armed == Armed::kNo) {
     permissions.why_not_armed = "faults are not armed: fault.armed = \"no\"";
@@ -216,7 +227,8 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
       options.recording.Open(texts, setup.contract, options.clock == Clock::kReal ? "real time" : "lockstep",
                              from, BusNames(network));
   emulator_options.task.recorder = recorder.get();
-  const control::Permissions permissions = PermissionsOf(configuration, configuration.model, network);
+  const FaultContext faults = FaultContextOf(setup, network, options.clock);
+  const control::Permissions permissions = PermissionsOf(configuration, faults, network);
   std::optional<ScenarioOnBus> scenario;
   if (setup.scenario) {
     scenario.emplace(*setup.scenario, permissions, options.clock);
@@ -229,11 +241,11 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   const auto control = OpenControl(options.control, emulator, permissions);
   Reloader reloader(texts, [&] { return options.configuration.Load(); },
                     {{"fault.armed", [&](const Configuration& now) {
-                        if (control) control->Permit(PermissionsOf(now, configuration.model, network));
+                        if (control) control->Permit(PermissionsOf(now, faults, network));
                       }}});
   BusWatch buses(emulator, network, configuration.can);
   Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get(), reloader,
-              buses);
+              buses, setup.contract);
   std::string missing;
   for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
   if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);

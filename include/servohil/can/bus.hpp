@@ -81,6 +81,11 @@ class Bus {
   /// A virtual segment: frames from one of these are passed on to the others, as on one cable.
   virtual bool IsVirtualSegment() const noexcept { return false; }
 
+  /// Why frames with `error` set cannot be sent; null: they can.
+  virtual const char* WhyNoErrorFrames() const noexcept {
+    return "serial CAN adapters (slcan) have no error frames";
+  }
+
   /// Nothing but programs on this machine can be on it.
   virtual bool IsVirtual() const noexcept { return IsVirtualSegment(); }
 

@@ -55,6 +55,7 @@ class Server {
     std::uint64_t request = 0;
     std::uint64_t client = 0;
     std::string id;  ///< as JSON
+    std::string warning;
   };
 
   void ServeClients();
@@ -63,7 +64,7 @@ class Server {
   void Read(Client& client);
   void TakeLine(Client& client, std::string_view line);
   nlohmann::json AnswerTo(Question question);
-  void Ask(Client& client, std::string id, Request request);
+  void Ask(Client& client, const RequestLine& line);
   void TakeAnswers();
   bool IsOwed(const Client& client) const;
   static void Reply(Client& client, const std::string& id, const nlohmann::json& answer);
