@@ -264,6 +264,9 @@ def test_a_physical_bus_is_not_used_unasked(transport, adapter):
     with Emulator(["auto"], *interfaces) as emulator:  # it takes what it may
         assert emulator.urls[0].startswith("slcan:/dev/pts/")
         assert "can.allow_physical" in emulator.log()
+    modelled = settings(can__allow_physical="true", can__configure="true", can__emulate_bitrate=500000)
+    assert "can.emulate_bitrate is for virtual buses" in run("run", "--can", url, *modelled, status=USAGE).stderr
+    ip("link", "set", adapter.name, "down")
     down = run("run", "--can", url, *settings(can__allow_physical="true"), status=ENVIRONMENT).stderr
     assert f"sudo ip link set {adapter.name} up type can bitrate 500000" in down
 
