@@ -92,7 +92,7 @@ class ScenarioOnBus {
     // That the model left its domain is for the expectations to tell.
     Telemetry end = emulator.Final();
     end.sample.model_fault = false;
-    std::vector<std::string> reasons = JudgeRun(end, lost_frames).reasons;
+    std::vector<std::string> reasons = JudgeRun(end, lost_frames, emulator.ModelledBus()).reasons;
     if (!recording_complete) reasons.emplace_back("the recording is incomplete");
     if (emulator.ScriptRefused() > 0) reasons.emplace_back("faults were refused: too many at once");
     return options.Report(scenario_, evaluator_.Judge(std::move(reasons)));
@@ -137,6 +137,10 @@ struct FaultMessages {
   const can::Message& response;
 };
 
+can::BusModelSettings BusModelOf(const CanSettings& can) {
+  return {static_cast<std::uint32_t>(can.emulate_bit_rate_bit_s), static_cast<std::size_t>(can.queue_length)};
+}
+
 can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options,
                              const std::optional<FaultMessages>& faults) {
   can::BusOptions bus;
@@ -151,6 +155,9 @@ can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options,
   bus.bit_rate_bit_s = static_cast<std::uint32_t>(can.bit_rate_bit_s);
   bus.allow_physical = can.allow_physical;
   if (can.configure) bus.configure = LinkSettingsOf(can);
+  if (can.emulate_bit_rate_bit_s == 0) return bus;
+  bus.wanted.clear();  // everybody's frames take their time
+  if (options.clock == Clock::kReal) bus.model = BusModelOf(can);
   return bus;
 }
 
@@ -220,6 +227,8 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   emulator_options.clock = options.clock;
   emulator_options.lockstep = configuration.lockstep;
   emulator_options.real_time = options.real_time;
+  if (options.clock == Clock::kLockstep && configuration.can.emulate_bit_rate_bit_s != 0)
+    emulator_options.lockstep_bus = BusModelOf(configuration.can);
 
   std::optional<FaultMessages> fault_messages;
   if (configuration.fault.allow_can) fault_messages.emplace(configuration);
@@ -272,7 +281,7 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   emulator.Stop();
   snapshots.WriteAllOrTell(emulator);
   const std::uint64_t lost = options.clock == Clock::kLockstep ? network.Statistics().receive_overflows : 0;
-  const Verdict verdict = JudgeRun(emulator.Final(), lost);
+  const Verdict verdict = JudgeRun(emulator.Final(), lost, emulator.ModelledBus());
   std::cout << Summary(emulator, network, emulator_options)
             << FinishRecording(recorder.get(), options.recording.directory, emulator.Final(), verdict.Text())
             << "verdict  " << verdict.Text() << std::endl;

@@ -117,6 +117,9 @@ class Loader {
            "must be 0 to servo.stroke_in = " + Number(servo.stroke_in));
     }
     if (config_.can.buses.empty()) Fail("can.buses", "[]", "must name at least one bus, e.g. \"auto\"");
+    const int emulated = config_.can.emulate_bit_rate_bit_s;
+    if (emulated != 0 && emulated < 10'000)
+      Fail("can.emulate_bitrate", std::to_string(emulated), "must be 0 or at least 10000 bit/s");
     CheckCycle("publish.position_ms", config_.publish.position_ms);
     CheckCycle("publish.pressures_ms", config_.publish.pressures_ms);
     CheckCycle("publish.relay_ms", config_.publish.relay_ms);

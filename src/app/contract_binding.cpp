@@ -30,7 +30,7 @@ void CheckP1Range(const FoundSignal& found, const Linear& to_psi, const Configur
   const std::optional<Range> needed = StrokeRange(configuration);
   if (configuration.can.command.may_clip || !needed) return;
   const Range signal = RangeOf(*found.signal);
-  const auto [low, high] = std::minmax(to_psi(signal.low), to_psi(signal.high));
+  const auto [low, high] = std::minmax({to_psi(signal.low), to_psi(signal.high)});
   if (low <= needed->low && high >= needed->high) return;
   throw UsageError(place + found.Place() + found.Name() +
                    Formatted(" reaches from %.6g to %.6g psi; the stroke needs %.6g to %.6g psi", low, high,

@@ -189,7 +189,7 @@ class MessageBinder {
                    const SignalSettings& settings, const std::string& place) const {
     if (settings.may_clip || std::string_view(quantity.name) != "x3_in") return;
     const double stroke_in = configuration_.model.servo.stroke_in;
-    const auto [low, high] = std::minmax(convert(0.0), convert(stroke_in));
+    const auto [low, high] = std::minmax({convert(0.0), convert(stroke_in)});
     const Range range = RangeOf(*found.signal);
     const double step = std::fabs(found.signal->factor) / 2;  // what rounding takes
     if (low >= range.low - step && high <= range.high + step) return;

@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <numeric>
+#include <vector>
 
 #include "servohil/app/sender_schedule.hpp"
 #include "servohil/app/ticks.hpp"
@@ -66,7 +68,8 @@ rt::Shortcomings Emulator::Start() {
   if (options_.clock == Clock::kReal) {
     StartRealTime();
   } else {
-    simulation_thread_ = std::thread([this] { RunLockstep(); });
+    if (options_.lockstep_bus) lockstep_bus_.emplace(contract_, *options_.lockstep_bus);
+    simulation_thread_ = std::thread([this] { lockstep_bus_ ? RunModelledLockstep() : RunLockstep(); });
   }
   return shortcomings_;
 }
@@ -107,6 +110,7 @@ void Emulator::Stop() noexcept {
     simulation_thread_.join();
   }
   sender_->SendStopped();
+  network_.Flush();
   awake_.reset();
 }
 
@@ -178,6 +182,8 @@ void Emulator::RunSender() {
 
 void Emulator::RunLockstep() {
   rt::NameThread("sim");
+  std::vector<std::size_t> order(contract_.MessageCount());
+  std::iota(order.begin(), order.end(), std::size_t{0});
   bool goes_on = true;
   while (goes_on && !stop_.load(std::memory_order_relaxed)) {
     const std::optional<can::Frame> frame = network_.Receive(kLookForRequestsMs);
@@ -191,9 +197,49 @@ void Emulator::RunLockstep() {
     if (!LetsTimePass(*frame, is_command)) continue;
     receiver_->TakeDelayed();
     goes_on = task_->Run(options_.lockstep.ticks);
-    sender_->SendAll(stop_);
+    sender_->SendAll(stop_, order);
   }
   Finish();
+}
+
+/// What is received waits for the modelled bus and acts within the tick in which it has passed. A frame with
+/// the command's identifier lets time pass even before it can be told whether it is a valid one.
+void Emulator::RunModelledLockstep() {
+  rt::NameThread("sim");
+  bool goes_on = true;
+  while (goes_on && !stop_.load(std::memory_order_relaxed)) {
+    const std::optional<can::Frame> frame = network_.Receive(kLookForRequestsMs);
+    turns_.fetch_add(1, std::memory_order_relaxed);
+    task_->ServeRequests();
+    if (!frame) continue;
+    if (frame->error) {
+      receiver_->Take(*frame);
+      continue;
+    }
+    TakeFaultRequest(*frame);
+    task_->ServeRequests();
+    SendFaultResponses();
+    std::uint64_t tick = task_->Now().sample.tick;
+    lockstep_bus_->Offer(*frame, tick);
+    const bool is_command =
+        !frame->remote && contract_.IncomingMessages().front().pattern.Matches(frame->id, frame->extended);
+    if (!LetsTimePass(*frame, is_command)) continue;
+    const std::uint64_t end = tick + static_cast<std::uint64_t>(options_.lockstep.ticks);
+    for (auto passed = lockstep_bus_->Next(end); passed; passed = lockstep_bus_->Next(end)) {
+      goes_on = goes_on && task_->Run(static_cast<int>(passed->tick - tick));
+      tick = passed->tick;
+      receiver_->Take(passed->frame);
+    }
+    receiver_->TakeDelayed();
+    goes_on = goes_on && task_->Run(static_cast<int>(end - tick));
+    sender_->SendAll(stop_, lockstep_bus_->Order());
+    lockstep_bus_->OfferAnswer(end);
+  }
+  Finish();
+}
+
+std::optional<can::BusModelStatistics> Emulator::ModelledBus() const noexcept {
+  return lockstep_bus_ ? lockstep_bus_->Statistics() : network_.Modelled();
 }
 
 void Emulator::TakeFaultRequest(const can::Frame& frame) noexcept {

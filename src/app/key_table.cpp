@@ -215,6 +215,9 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> int& { return c.can.backoff_ms; }},
     {"can.most_backoff_ms", "ms", 10.0, 1000000.0, "longest wait for a restart",
      +[](C& c) -> int& { return c.can.most_backoff_ms; }},
+    {"can.emulate_bitrate", "bit/s", 0.0, 1000000.0,
+     "frames take their time and turn as on a real bus of this bit rate, virtual buses only; 0: they do not",
+     +[](C& c) -> int& { return c.can.emulate_bit_rate_bit_s; }},
 
     {"can.command.p1", "", 0.0, 0.0, "MESSAGE.SIGNAL of the DBC that carries P1",
      +[](C& c) -> std::string& { return c.can.command.p1; }},

@@ -133,6 +133,14 @@ std::string Summary(const Emulator& emulator, const can::Network& network, const
                     count(out.published), count(out.not_sent), count(out.superseded),
                     Count{emulator.TelemetryDropped()});
   text += SaturationSummary(emulator.Frames(), out);
+  if (const auto modelled = emulator.ModelledBus()) {
+    text += Formatted(
+        "emulated %llu frames passed the bus in their turn, ours after at most %.3f ms; at most %.1f %% of "
+        "it "
+        "asked for within 100 ms, %llu cycles missed, %llu dropped (queue full), %llu of others dropped\n",
+        Count{modelled->frames}, Ms(modelled->worst_delay_ns), 100.0 * modelled->worst_load,
+        Count{modelled->missed_cycles}, Count{modelled->dropped}, Count{modelled->others_dropped});
+  }
   for (const auto& bus : network.Buses()) {
     const can::BusStatistics s = bus->Statistics();
     const std::string state = bus->State();
@@ -163,7 +171,8 @@ std::string Verdict::Text() const {
   return text;
 }
 
-Verdict JudgeRun(const Telemetry& end, std::uint64_t lost_frames) {
+Verdict JudgeRun(const Telemetry& end, std::uint64_t lost_frames,
+                 const std::optional<can::BusModelStatistics>& modelled) {
   Verdict verdict;
   if (!end.status.TimingValid())
     verdict.reasons.push_back("timing: " + LateSummary(end.status.late, end.status.worst_lateness_ns));
@@ -179,6 +188,12 @@ Verdict JudgeRun(const Telemetry& end, std::uint64_t lost_frames) {
                   "the answer "
                   "to each",
                   Count{lost_frames}));
+  }
+  if (modelled && modelled->Failed()) {
+    verdict.reasons.push_back(Formatted(
+        "bus: this schedule fails on a real one: %llu cycles missed, %llu frames dropped (queue full), up to "
+        "%.1f %% of the bus asked for",
+        Count{modelled->missed_cycles}, Count{modelled->dropped}, 100.0 * modelled->worst_load));
   }
   return verdict;
 }

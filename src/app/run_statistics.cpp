@@ -90,7 +90,7 @@ void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator
                {"traffic", TrafficToJson(emulator)}};
   if (finished) {
     const std::uint64_t lost = options.clock == Clock::kReal ? 0 : network.Statistics().receive_overflows;
-    json["verdict"] = JudgeRun(now, lost).Text();
+    json["verdict"] = JudgeRun(now, lost, emulator.ModelledBus()).Text();
     json["state_hash"] = HashText(now.sample.state_hash);
     json["worst_overruns"] = WorstToJson(emulator, options.task.loop.wake_ticks);
     json["loop_page_faults"] = emulator.LoopPageFaults();

@@ -78,10 +78,10 @@ void Sender::SendWaiting(bool at_once) noexcept {
   FollowFaults();
 }
 
-void Sender::SendAll(const std::atomic<bool>& stop) noexcept {
+void Sender::SendAll(const std::atomic<bool>& stop, std::span<const std::size_t> order) noexcept {
   patient_until_ = &stop;
   conditions_.Take(bus_);
-  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+  for (const std::size_t i : order) {
     Publication publication = task_.PublicationNow(i);
     Send(i, publication);
   }

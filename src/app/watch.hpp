@@ -35,8 +35,8 @@ class Watch {
   void Reload();
   void TellThatItLives();
   void LogWhatWentWrong();
-  void LogFaults();
   void LogSaturation();
+  void LogFaults();
   void WriteStatisticsSoFar();
   void TellEachSecond();
 
@@ -53,8 +53,8 @@ class Watch {
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;
-  std::uint64_t snapshots_refused_ = 0;
   std::array<FieldSet, kMostMessages> told_saturated_{};  ///< signals that have been named in the log
+  std::uint64_t snapshots_refused_ = 0;
   bool terminal_;
   std::int64_t last_ns_;
   std::uint64_t last_tick_ = 0;

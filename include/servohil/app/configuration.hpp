@@ -54,6 +54,7 @@ struct CanSettings {
   int backoff_ms = 100;
   int most_backoff_ms = 10'000;
   int queue_length = 16;
+  int emulate_bit_rate_bit_s = 0;  ///< 0: not emulated
   CommandSettings command;
   std::vector<MessageSettings> publish;  ///< empty: servohil's own messages, PublishSettings
 };

@@ -17,6 +17,7 @@
 
 #include "servohil/app/contract.hpp"
 #include "servohil/app/fault_port.hpp"
+#include "servohil/app/lockstep_bus.hpp"
 #include "servohil/app/receiver.hpp"
 #include "servohil/app/sender.hpp"
 #include "servohil/app/simulation_task.hpp"
@@ -41,7 +42,8 @@ struct EmulatorOptions {
   TaskOptions task;
   Clock clock = Clock::kReal;  ///< kReal or kLockstep
   LockstepSettings lockstep;
-  RealTime real_time = RealTime::kPrefer;  ///< of no importance in lockstep
+  std::optional<can::BusModelSettings> lockstep_bus;  ///< in lockstep, frames take their time and turn
+  RealTime real_time = RealTime::kPrefer;             ///< of no importance in lockstep
   FaultPort* fault_port = nullptr;         ///< faults over CAN; must outlive the emulator; none: not allowed
 };
 
@@ -79,6 +81,8 @@ class Emulator {
     return receiver_->TakeErrors(bus, errors);
   }
   std::uint64_t Conflicts(std::size_t bus) const noexcept { return receiver_->Conflicts(bus); }
+  /// Of the bus model, where there is one; in lockstep after Stop().
+  std::optional<can::BusModelStatistics> ModelledBus() const noexcept;
   /// For the messages that tell it.
   void PutBusCondition(const can::BusCondition& condition) noexcept { sender_->PutBusCondition(condition); }
   const SendCounters& Sent() const noexcept { return sender_->Counters(); }
@@ -104,6 +108,7 @@ class Emulator {
   void RunReceiver();
   void RunSender();
   void RunLockstep();
+  void RunModelledLockstep();
   /// Receiver: what a FAULT_Request frame asks.
   void TakeFaultRequest(const can::Frame& frame) noexcept;
   /// Sender: FAULT_Response frames.
@@ -120,6 +125,7 @@ class Emulator {
   std::unique_ptr<SimulationTask> task_;
   std::unique_ptr<Receiver> receiver_;
   std::unique_ptr<Sender> sender_;
+  std::optional<LockstepBus> lockstep_bus_;
   rt::PeriodicLoop loop_;
   std::int64_t first_deadline_ns_ = 0;
   long loop_page_faults_ = 0;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "servohil/app/contract.hpp"
@@ -60,9 +61,9 @@ class Sender {
   /// The same at the end: whatever waits, at once.
   void SendRest() noexcept { SendWaiting(true); }
 
-  /// Lockstep, by the thread that runs the ticks: every message, with the state now; a full queue is waited
-  /// for until `stop`.
-  void SendAll(const std::atomic<bool>& stop) noexcept;
+  /// Lockstep, by the thread that runs the ticks: every message in this order, with the state now; a full
+  /// queue is waited for until `stop`.
+  void SendAll(const std::atomic<bool>& stop, std::span<const std::size_t> order) noexcept;
 
   /// Every message that carries the mode, which is STOPPED.
   void SendStopped() noexcept;
