@@ -47,6 +47,7 @@ void Watch::Run(const StopSignals& signals) {
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
     LogFaults();
+    LogSaturation();
     buses_.Look();
     TellThatItLives();
     if (control_ != nullptr) control_->Serve(now_, buses_.Reports());
@@ -105,7 +106,6 @@ void Watch::LogWhatWentWrong() {
     timing_valid_ = false;
     spdlog::warn("late ticks before tick {}: the run is INVALID", now_.sample.tick);
   }
-  LogSaturation();
 }
 
 /// Each signal once.
