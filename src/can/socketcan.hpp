@@ -48,9 +48,6 @@ class SocketCan final : public Bus {
   const char* WhyNoErrorFrames() const noexcept override {
     return IsVirtual() ? nullptr : "a real CAN controller would send them as data frames";
   }
-  const char* WhyNoErrorFrames() const noexcept override {
-    return IsVirtual() ? nullptr : "a real CAN controller would send them as data frames";
-  }
   int PollFd() noexcept override { return removed_ ? -1 : socket_.Get(); }
   std::optional<Frame> Receive() noexcept override;
   SendResult Send(const Frame& frame) noexcept override;
