@@ -125,6 +125,10 @@ std::string ReadyLine(const can::Network& network, const Telemetry& start, const
          "\n";
 }
 
+can::BusModelSettings BusModelOf(const CanSettings& can) {
+  return {static_cast<std::uint32_t>(can.emulate_bit_rate_bit_s), static_cast<std::size_t>(can.queue_length)};
+}
+
 /// Faults over CAN: their identifier is let in before the buses are known, their rights come after.
 struct FaultMessages {
   explicit FaultMessages(const Configuration& configuration)
@@ -136,10 +140,6 @@ struct FaultMessages {
   const can::Message& request;
   const can::Message& response;
 };
-
-can::BusModelSettings BusModelOf(const CanSettings& can) {
-  return {static_cast<std::uint32_t>(can.emulate_bit_rate_bit_s), static_cast<std::size_t>(can.queue_length)};
-}
 
 can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options,
                              const std::optional<FaultMessages>& faults) {

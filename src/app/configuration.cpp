@@ -139,7 +139,7 @@ class Loader {
         Read(*inner, full + ".", file, directory);
       } else {
         const auto line = node.source().begin.line;
-        Try(line, [&] { Set(full, node, file + ":" + std::to_string(line), directory); });
+        Try(line, [&, &value = node] { Set(full, value, file + ":" + std::to_string(line), directory); });
       }
     }
   }

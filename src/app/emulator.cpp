@@ -20,7 +20,7 @@ constexpr double kNsPerMs = 1e6;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.
 constexpr std::int64_t kSenderDelayNs = 50'000;
-constexpr std::int64_t kResponsesEveryNs = 5'000'000;      ///< to FAULT_Request: half of what they may take
+constexpr std::int64_t kResponsesEveryNs = 5'000'000;     ///< to FAULT_Request: half of what they may take
 constexpr std::int64_t kSenderLooksEveryNs = 20'000'000;  ///< at least: for what is due by no cycle
 constexpr std::int64_t kOneWake = 1;
 constexpr int kReceiverPriorityBelow = 5;
@@ -165,9 +165,9 @@ void Emulator::RunSender() {
   const std::int64_t first_ns = first_deadline_ns_ + kSenderDelayNs;
   const std::int64_t looks_every_ns =
       options_.fault_port != nullptr ? kResponsesEveryNs : kSenderLooksEveryNs;
-  const SenderSchedule schedule(
-      contract_.Cycles(), static_cast<std::uint64_t>(options_.task.loop.wake_ticks), task_->FirstTick(),
-      static_cast<std::uint64_t>(std::max(looks_every_ns / period_ns, kOneWake)));
+  const SenderSchedule schedule(contract_.Cycles(), static_cast<std::uint64_t>(options_.task.loop.wake_ticks),
+                                task_->FirstTick(),
+                                static_cast<std::uint64_t>(std::max(looks_every_ns / period_ns, kOneWake)));
   std::uint64_t wake = 1;
   while (!stop_sender_.load(std::memory_order_relaxed)) {
     rt::SleepUntil(first_ns + static_cast<std::int64_t>(wake - 1) * period_ns);
@@ -229,7 +229,10 @@ void Emulator::RunModelledLockstep() {
       goes_on = goes_on && task_->Run(static_cast<int>(passed->tick - tick));
       tick = passed->tick;
       receiver_->Take(passed->frame);
+      TakeFaultRequest(passed->frame);
     }
+    task_->ServeRequests();
+    SendFaultResponses();
     receiver_->TakeDelayed();
     goes_on = goes_on && task_->Run(static_cast<int>(end - tick));
     sender_->SendAll(stop_, lockstep_bus_->Order());

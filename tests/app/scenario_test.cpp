@@ -31,7 +31,7 @@ Expectation Of(Kind kind, const char* quantity = "x3_in") {
   return e;
 }
 
-struct Run {
+struct Course {
   std::uint64_t first_tick = 1;
   std::uint64_t last_tick = 4'000;
   std::uint64_t commanded_from = 1;
@@ -40,7 +40,7 @@ struct Run {
   std::function<double(std::uint64_t tick)> x3_in = [](std::uint64_t) { return 4.0; };
 };
 
-Finding Judge(const Expectation& expectation, const Run& run) {
+Finding Judge(const Expectation& expectation, const Course& run) {
   Scenario scenario;
   scenario.duration_ticks = 4'000;
   scenario.expectations = {expectation};
@@ -59,8 +59,8 @@ Finding Judge(const Expectation& expectation, const Run& run) {
 }
 
 /// 4 in but at one tick.
-Run Spike(std::uint64_t at, double value) {
-  Run run;
+Course Spike(std::uint64_t at, double value) {
+  Course run;
   run.x3_in = [=](std::uint64_t tick) { return tick == at ? value : 4.0; };
   return run;
 }
@@ -87,7 +87,7 @@ TEST(Within, LooksAtEveryTickOfItsTimeBothEndsIncluded) {
 }
 
 TEST(ScenarioTime, BeginsWithTheFirstCommand) {
-  Run run = Spike(7'500, 9.0);  // 2,500 ticks after the first command came
+  Course run = Spike(7'500, 9.0);  // 2,500 ticks after the first command came
   run.commanded_from = 5'001;
   run.last_tick = 9'000;
   EXPECT_EQ(Judge(Within(), run).tick, 2'500U);
@@ -96,7 +96,7 @@ TEST(ScenarioTime, BeginsWithTheFirstCommand) {
 }
 
 TEST(Validity, AMissingTickOrAnEarlyEndIsInvalidButAFailureStands) {
-  Run run;
+  Course run;
   run.leaves_out = 3'500;
   EXPECT_EQ(Judge(Within(), run).outcome, Outcome::kInvalid);
   run = {};
@@ -108,7 +108,7 @@ TEST(Validity, AMissingTickOrAnEarlyEndIsInvalidButAFailureStands) {
 }
 
 TEST(Validity, AModelFaultIsInvalidForWhatItTouchesAndAFailureWhereItIsForbidden) {
-  Run run;
+  Course run;
   run.model_fault_at = 2'000;
   EXPECT_EQ(Judge(Within(), run).outcome, Outcome::kInvalid);
   run.model_fault_at = 3'001;
@@ -137,8 +137,8 @@ TEST(Between, TakesEitherLimitAlone) {
   EXPECT_EQ(Judge(above, Spike(2'000, 3.8)).outcome, Outcome::kFail);
 }
 
-Run Sine(double amplitude, double frequency_hz, std::uint64_t ends_at = 4'000) {
-  Run run;
+Course Sine(double amplitude, double frequency_hz, std::uint64_t ends_at = 4'000) {
+  Course run;
   run.x3_in = [=](std::uint64_t tick) {
     const double phase = 2.0 * std::numbers::pi * frequency_hz * SecondsOf(std::min(tick, ends_at));
     return 4.0 + amplitude * std::sin(phase);
@@ -171,7 +171,7 @@ TEST(ModeBecomes, CountsFromItsEvent) {
   e.quantity = nullptr;
   e.mode = Mode::kModelFault;
   e.to_tick = 1'500;
-  Run run;
+  Course run;
   run.model_fault_at = 1'400;
   EXPECT_DOUBLE_EQ(*Judge(e, run).measured, 40.0) << "ms";
   run.model_fault_at = 1'501;

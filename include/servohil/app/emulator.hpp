@@ -44,7 +44,7 @@ struct EmulatorOptions {
   LockstepSettings lockstep;
   std::optional<can::BusModelSettings> lockstep_bus;  ///< in lockstep, frames take their time and turn
   RealTime real_time = RealTime::kPrefer;             ///< of no importance in lockstep
-  FaultPort* fault_port = nullptr;         ///< faults over CAN; must outlive the emulator; none: not allowed
+  FaultPort* fault_port = nullptr;  ///< faults over CAN; must outlive the emulator; none: not allowed
 };
 
 class Emulator {
