@@ -216,6 +216,9 @@ void Emulator::RunModelledLockstep() {
       receiver_->Take(*frame);
       continue;
     }
+    TakeFaultRequest(*frame);
+    task_->ServeRequests();
+    SendFaultResponses();
     std::uint64_t tick = task_->Now().sample.tick;
     lockstep_bus_->Offer(*frame, tick);
     const bool is_command =

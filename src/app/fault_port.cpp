@@ -45,7 +45,7 @@ FaultPort::Asked FaultPort::Asked::From(std::uint64_t packed) noexcept {
 
 std::optional<Request> FaultPort::Take(const can::Frame& frame) noexcept {
   const bool ours = frame.id == request_.id && frame.extended == request_.extended && !frame.remote &&
-                    frame.size >= request_.size_bytes;
+                    !frame.error && frame.size >= request_.size_bytes;
   if (!ours) return std::nullopt;
   const std::span<const std::uint8_t> data(frame.data.data(), frame.size);
   const auto raw = [&](const can::Signal* signal) noexcept {
