@@ -81,11 +81,11 @@ void Sender::SendWaiting(bool at_once) noexcept {
 void Sender::SendAll(const std::atomic<bool>& stop) noexcept {
   patient_until_ = &stop;
   conditions_.Take(bus_);
+  FollowFaults();
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
     Publication publication = task_.PublicationNow(i);
     Send(i, publication);
   }
-  FollowFaults();
 }
 
 void Sender::SendStopped() noexcept {
