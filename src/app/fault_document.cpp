@@ -107,7 +107,8 @@ std::string FaultDocument() {
       text += Formatted("\n## On the %s\n", part);
     }
     text += std::string("\n### ") + spec.name + "\n\n" + spec.effect + Requirement(spec) + "\n" +
-            ParameterRows(spec) + FurtherParameters(spec) + "\n    " + ExampleLine(spec) + "\n";
+            ParameterRows(spec) + FurtherParameters(spec) + "\n    " + ExampleLine(spec) + "\n\n![" + spec.name +
+            "](.github/pictures/faults/" + spec.name + ".png)\n";
   }
   return text;
 }

@@ -252,6 +252,7 @@ void SimulationTask::ServeRequests() noexcept {
   constexpr int kMostAtOnce = 4;
   Request request;
   for (int i = 0; i < kMostAtOnce && requests_.TryPop(request); ++i) answers_.TryPush(Serve(request));
+  for (int i = 0; i < kMostAtOnce && bus_requests_.TryPop(request); ++i) bus_answers_.TryPush(Serve(request));
 }
 
 void SimulationTask::FollowScript() noexcept {

@@ -178,7 +178,8 @@ RunTexts TextsFromJson(const Json& json) {
   json.at("configuration").get_to(texts.configuration_toml);
   json.at("load").get_to(texts.load_csv);
   json.at("load_closing").get_to(texts.load_closing_csv);
-  json.at("dbc").get_to(texts.dbc);
+  const Json& dbc = json.at("dbc");
+  texts.dbc = dbc.is_string() ? std::vector<std::string>{dbc} : dbc.get<std::vector<std::string>>();
   return texts;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "contract_report.hpp"
 #include "injection_words.hpp"
 #include "run_report.hpp"
 #include "run_statistics.hpp"
@@ -46,6 +47,7 @@ void Watch::Run(const StopSignals& signals) {
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
     LogFaults();
+    LogSaturation();
     buses_.Look();
     TellThatItLives();
     if (control_ != nullptr) control_->Serve(now_, buses_.Reports());
@@ -103,6 +105,18 @@ void Watch::LogWhatWentWrong() {
   if (timing_valid_ && !status.TimingValid()) {
     timing_valid_ = false;
     spdlog::warn("late ticks before tick {}: the run is INVALID", now_.sample.tick);
+  }
+}
+
+/// Each signal once.
+void Watch::LogSaturation() {
+  const auto messages = emulator_.Frames().OutgoingMessages();
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    const FieldSet fields =
+        emulator_.Sent().saturated_fields[i].load(std::memory_order_relaxed) & ~told_saturated_[i];
+    if (fields == 0) continue;
+    told_saturated_[i] |= fields;
+    spdlog::warn("{}", DescribeSaturation(messages[i], fields));
   }
 }
 

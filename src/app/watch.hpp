@@ -35,6 +35,7 @@ class Watch {
   void Reload();
   void TellThatItLives();
   void LogWhatWentWrong();
+  void LogSaturation();
   void LogFaults();
   void WriteStatisticsSoFar();
   void TellEachSecond();
@@ -52,6 +53,7 @@ class Watch {
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;
+  std::array<FieldSet, kMostMessages> told_saturated_{};  ///< signals that have been named in the log
   std::uint64_t snapshots_refused_ = 0;
   bool terminal_;
   std::int64_t last_ns_;

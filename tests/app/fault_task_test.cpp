@@ -15,13 +15,13 @@
 namespace servohil::app {
 namespace {
 
-class Run {
+class Bench {
  public:
-  explicit Run(const testing::DefaultSetup& setup)
+  explicit Bench(const testing::DefaultSetup& setup)
       : setup_(setup),
         task(std::make_unique<SimulationTask>(setup.configuration.model, setup.start, setup.Options())) {}
 
-  Run& Inject(const std::string& fault, const Words& words) {
+  Bench& Inject(const std::string& fault, const Words& words) {
     FaultContext context;
     context.contract = &setup_.contract;
     context.surroundings.unfaulted = &setup_.configuration.model;
@@ -31,7 +31,7 @@ class Run {
     return *this;
   }
   /// Ticks under P1 0.4 psi above rest.
-  Run& For(int ticks) {
+  Bench& For(int ticks) {
     task->PutCommand({setup_.start.p1_psi + 0.4});
     task->Run(ticks);
     return *this;
@@ -68,7 +68,7 @@ double SignalIn(const testing::DefaultSetup& setup, std::size_t message, const c
 
 TEST(FaultTask, AFrozenSensorsFramesAreConstantWhileTheTruthMoves) {
   const testing::DefaultSetup setup;
-  Run run(setup);
+  Bench run(setup);
   run.Inject("sensor_frozen", {{"signal", "x3"}, {"at_s", 0.05}, {"for_s", 0.1}}).For(3'000);
   double frozen = 0.0;
   int held = 0;
@@ -82,7 +82,9 @@ TEST(FaultTask, AFrozenSensorsFramesAreConstantWhileTheTruthMoves) {
     } else {
       if (held++ == 0) frozen = said;
       EXPECT_EQ(said, frozen);
-      if (tick == 1'500) EXPECT_GT(truth - said, 0.05);
+      if (tick == 1'500) {
+        EXPECT_GT(truth - said, 0.05);
+      }
     }
   }
   EXPECT_EQ(held, 10);
@@ -90,7 +92,7 @@ TEST(FaultTask, AFrozenSensorsFramesAreConstantWhileTheTruthMoves) {
 
 TEST(FaultTask, WhatIsNotAvailableHasAllOnes) {
   const testing::DefaultSetup setup;
-  Run run(setup);
+  Bench run(setup);
   run.Inject("sensor_open_wire", {{"signal", "p3"}}).Inject("sensor_full_scale", {{"signal", "p4"}}).For(100);
   const Publication last = run.Published().back();
   const can::Frame frame = setup.contract.Encode(testing::kPressures, last.telemetry, last.measured);
@@ -102,8 +104,8 @@ TEST(FaultTask, WhatIsNotAvailableHasAllOnes) {
 
 TEST(FaultTask, TheTruthIsThatOfARunWithoutSensorAndBusFaults) {
   const testing::DefaultSetup setup;
-  Run with(setup);
-  Run without(setup);
+  Bench with(setup);
+  Bench without(setup);
   with.Inject("sensor_noise", {{"signal", "x3"}}).Inject("sensor_delayed", {{"signal", "p3"}}).For(1);
   with.Inject("tx_lost", {{"probability", 0.5}}).Inject("tx_jittered", {}).For(999);
   without.For(1'000);
@@ -112,7 +114,7 @@ TEST(FaultTask, TheTruthIsThatOfARunWithoutSensorAndBusFaults) {
 
 TEST(FaultTask, EachMessageOfAFaultedTickHasItsOwnFate) {
   const testing::DefaultSetup setup;
-  Run run(setup);
+  Bench run(setup);
   run.Inject("tx_lost", {{"message", "SERVO_Position"}, {"probability", 1.0}}).For(1'000);
   int lost = 0;
   int sent = 0;
@@ -126,7 +128,7 @@ TEST(FaultTask, EachMessageOfAFaultedTickHasItsOwnFate) {
 
 TEST(FaultTask, AConditionOnTheTruthStartsItAndAllIsTold) {
   const testing::DefaultSetup setup;
-  Run run(setup);
+  Bench run(setup);
   run.Inject("cold_oil", {{"when", "x3_in > 4.1"}, {"for_s", 0.01}}).For(1);
   EXPECT_EQ(run.Told(), (std::vector<std::string>{"fault cold_oil waits from tick 1 (0.0001 s)"}));
   std::uint64_t crossed = 0;
@@ -145,7 +147,7 @@ TEST(FaultTask, AConditionOnTheTruthStartsItAndAllIsTold) {
 
 TEST(FaultTask, AFrameStartsItWithTheNextTick) {
   const testing::DefaultSetup setup;
-  Run run(setup);
+  Bench run(setup);
   run.Inject("load_step", {{"when_frame", "0x123"}, {"for_s", 0.01}}).For(10);
   run.task->PutFrame(0x124, false);
   run.For(10);
@@ -160,7 +162,7 @@ TEST(FaultTask, AFrameStartsItWithTheNextTick) {
 TEST(FaultTask, GoesOnFromASnapshotAsIfItHadNeverEnded) {
   const testing::DefaultSetup setup;
   TaskOptions options = setup.Options();
-  Run whole(setup);
+  Bench whole(setup);
   whole.Inject("sensor_frozen", {{"signal", "x3"}, {"at_s", 0.02}})
       .Inject("cold_oil", {{"when", "x3_in > 4.1"}, {"for_s", 0.05}, {"times", 0.0}})
       .Inject("load_step", {{"psi", 5.0}, {"every_s", 0.03}, {"ramp_s", 0.005}})
@@ -169,7 +171,7 @@ TEST(FaultTask, GoesOnFromASnapshotAsIfItHadNeverEnded) {
   whole.For(1);
   Snapshot snapshot;
   ASSERT_TRUE(whole.task->TryPopSnapshot(snapshot));
-  Run rest(setup);
+  Bench rest(setup);
   rest.task->Restore(snapshot);
   whole.Published();
   whole.For(2'000);
@@ -180,7 +182,7 @@ TEST(FaultTask, GoesOnFromASnapshotAsIfItHadNeverEnded) {
 
 TEST(FaultTask, NoSnapshotHoldsThePastThatADelayNeeds) {
   const testing::DefaultSetup setup;
-  Run run(setup);
+  Bench run(setup);
   run.Inject("sensor_delayed", {{"signal", "x3"}}).For(1);
   EXPECT_EQ(run.Answered(), Answer::Result::kApplied);
   run.task->PutRequest({.kind = Request::Kind::kSnapshot});
@@ -197,7 +199,7 @@ TEST(FaultTask, MissedTicksStallsOnceForEachPulse) {
   stalls.clear();
   TaskOptions options = setup.Options();
   options.stall = [](double ms) noexcept { stalls.push_back(ms); };
-  Run run(setup);
+  Bench run(setup);
   run.task = std::make_unique<SimulationTask>(setup.configuration.model, setup.start, options);
   run.Inject("missed_ticks", {{"ms", 30.0}, {"every_s", 0.01}, {"times", 3.0}}).For(1'000);
   EXPECT_EQ(stalls, (std::vector<double>{30.0, 30.0, 30.0}));
@@ -205,7 +207,7 @@ TEST(FaultTask, MissedTicksStallsOnceForEachPulse) {
 
 TEST(FaultTask, InterfaceDownIsInTheStatus) {
   const testing::DefaultSetup setup;
-  Run run(setup);
+  Bench run(setup);
   run.Inject("interface_down", {{"for_s", 0.01}}).For(1);
   EXPECT_TRUE(run.task->Now().status.line_down);
   run.For(100);

@@ -24,7 +24,7 @@ _servohil() {
   local current=${COMP_WORDS[COMP_CWORD]} command=${COMP_WORDS[1]} words=""
   COMPREPLY=()
   if ((COMP_CWORD == 1)); then
-    words="run simulate replay steady linear thesis check fault status --help --version"
+    words="run simulate replay steady linear thesis check dbc fault status --help --version"
   elif [[ $command == fault && ${COMP_WORDS[COMP_CWORD-1]} == --when* ]]; then
     words=$(_servohil_values "${COMP_WORDS[COMP_CWORD-1]}")
   elif [[ $current == -* ]]; then
