@@ -172,6 +172,7 @@ std::vector<std::string> BusNames(const can::Network& network) {
 }
 
 FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clock clock) {
+  const LockstepSettings& lockstep = setup.configuration.lockstep;
   FaultContext context;
   context.contract = &setup.contract;
   context.surroundings.unfaulted = &setup.configuration.model;
@@ -179,6 +180,10 @@ FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clo
   for (const auto& bus : network.Buses()) {
     const char* why = bus->WhyNoErrorFrames();
     if (why != nullptr) context.surroundings.why_no_error_frames = why;
+    if (bus->Interface().empty() || !context.received.empty()) continue;
+    context.received.push_back(setup.contract.CommandId());
+    if (clock == Clock::kLockstep && lockstep.sync_id >= 0)
+      context.received.push_back(static_cast<std::uint32_t>(lockstep.sync_id));
   }
   return context;
 }

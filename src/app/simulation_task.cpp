@@ -113,8 +113,9 @@ void SimulationTask::Influenced(const Request& request) noexcept {
 }
 
 void SimulationTask::TakeFrames() noexcept {
+  constexpr int kMostAtOnce = 16;
   SeenFrame frame;
-  while (frames_.TryPop(frame)) TakeFrame(frame.id, frame.extended);
+  for (int i = 0; i < kMostAtOnce && frames_.TryPop(frame); ++i) TakeFrame(frame.id, frame.extended);
 }
 
 void SimulationTask::TakeFrame(std::uint32_t id, bool extended) noexcept {
