@@ -30,17 +30,20 @@ void CheckBusLoad(const Contract& contract, const CanSettings& can) {
   constexpr double kWarnAbove = 0.7;
   double bits_per_s = 0.0;
   std::string parts;
-  for (const Contract::Load& load : contract.BusLoad(can.command_cycle_ms)) {
+  for (const Contract::Load& load : contract.BusLoad()) {
     bits_per_s += load.bits_per_s;
     parts += (parts.empty() ? "" : ", ") + load.message + " every " + std::to_string(load.cycle_ms) + " ms";
   }
-  const double share = bits_per_s / can.bit_rate_bit_s;
+  const int bit_rate_bit_s =
+      can.emulate_bit_rate_bit_s != 0 ? can.emulate_bit_rate_bit_s : can.bit_rate_bit_s;
+  const double share = bits_per_s / bit_rate_bit_s;
   const std::string line =
-      Formatted("bus load at worst-case stuffing %.1f %% of %d bit/s: ", 100.0 * share, can.bit_rate_bit_s) +
+      Formatted("bus load at worst-case stuffing %.1f %% of %d bit/s: ", 100.0 * share, bit_rate_bit_s) +
       parts;
-  if (share > 1.0) throw UsageError(line + "; more than the bus carries: raise the publish.*_ms cycle times");
+  const std::string times = can.publish.empty() ? "publish.*_ms cycle times" : "cycle_ms of can.publish";
+  if (share > 1.0) throw UsageError(line + "; more than the bus carries: raise the " + times);
   if (share > kWarnAbove) {
-    spdlog::warn("{}; above 70 % other nodes will wait: raise the publish.*_ms cycle times", line);
+    spdlog::warn("{}; above 70 % other nodes will wait: raise the {}", line, times);
   } else {
     spdlog::info("{}", line);
   }

@@ -183,17 +183,20 @@ constexpr std::array kKeys = std::to_array<Key>({
     {"fault.armed", "", 0.0, 0.0,
      "whether faults may be injected: \"yes\", \"no\", \"auto\": where no bus is physical",
      +[](C& c) -> Armed& { return c.fault.armed; }},
+    {"fault.allow_can", "", 0.0, 0.0,
+     "FAULT_Request frames inject and clear faults, where fault.armed allows any (PROTOCOL.md)",
+     +[](C& c) -> bool& { return c.fault.allow_can; }},
 
-    {"can.dbc", "", 0.0, 0.0, "DBC file: the contract with the governor",
-     +[](C& c) -> std::string& { return c.can.dbc; }},
+    {"can.dbc", "", 0.0, 0.0, "DBC file or list of them: the contract with the governor",
+     +[](C& c) -> std::vector<std::string>& { return c.can.dbc; }},
     {"can.buses", "", 0.0, 0.0, "bus URLs; \"auto\": the first of can.interfaces, else slcan:pty",
      +[](C& c) -> std::vector<std::string>& { return c.can.buses; }},
     {"can.interfaces", "", 0.0, 0.0, "kernel interfaces that \"auto\" looks for, in this order",
      +[](C& c) -> std::vector<std::string>& { return c.can.interfaces; }},
     {"can.bit_rate_bit_s", "bit/s", 10000.0, 1000000.0, "nominal bit rate of the bus",
      +[](C& c) -> int& { return c.can.bit_rate_bit_s; }},
-    {"can.command_cycle_ms", "ms", 1.0, 10000.0, "expected cycle time of the command, for the bus load",
-     +[](C& c) -> int& { return c.can.command_cycle_ms; }},
+    {"can.data_bit_rate_bit_s", "bit/s", 10000.0, 8000000.0, "of CAN FD frames with bit-rate switch",
+     +[](C& c) -> int& { return c.can.data_bit_rate_bit_s; }},
     {"can.allow_physical", "", 0.0, 0.0,
      "whether a bus may be used that is neither vcan nor a pseudo-terminal",
      +[](C& c) -> bool& { return c.can.allow_physical; }},
@@ -212,6 +215,28 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> int& { return c.can.backoff_ms; }},
     {"can.most_backoff_ms", "ms", 10.0, 1000000.0, "longest wait for a restart",
      +[](C& c) -> int& { return c.can.most_backoff_ms; }},
+    {"can.emulate_bitrate", "bit/s", 0.0, 1000000.0,
+     "frames take their time and turn as on a real bus of this bit rate, virtual buses only; 0: they do not",
+     +[](C& c) -> int& { return c.can.emulate_bit_rate_bit_s; }},
+
+    {"can.command.p1", "", 0.0, 0.0, "MESSAGE.SIGNAL of the DBC that carries P1",
+     +[](C& c) -> std::string& { return c.can.command.p1; }},
+    {"can.command.unit", "", 0.0, 0.0, "its unit (psi, bar, kPa, ...); empty: as the DBC says",
+     +[](C& c) -> std::string& { return c.can.command.unit; }},
+    {"can.command.scale", "", 0.0, 0.0, "instead: two points, its value and psi: [[4.0, 0.0], [20.0, 150.0]]",
+     +[](C& c) -> Scale& { return c.can.command.scale; }},
+    {"can.command.may_clip", "", 0.0, 0.0, "the signal need not reach from closed to open",
+     +[](C& c) -> bool& { return c.can.command.may_clip; }},
+    {"can.command.enable", "", 0.0, 0.0,
+     "MESSAGE.SIGNAL, enabled unless 0, or MESSAGE.SIGNAL = VALUE; empty: always",
+     +[](C& c) -> std::string& { return c.can.command.enable; }},
+    {"can.command.trip", "", 0.0, 0.0,
+     "MESSAGE.SIGNAL, tripped unless 0, or MESSAGE.SIGNAL = VALUE; empty: never",
+     +[](C& c) -> std::string& { return c.can.command.trip; }},
+    {"can.command.pgn", "", 0.0, 0.0, "J1939: the parameter group counts, not source address and priority",
+     +[](C& c) -> bool& { return c.can.command.pgn; }},
+    {"can.command.cycle_ms", "ms", 1.0, 10000.0, "expected cycle time of the command",
+     +[](C& c) -> int& { return c.can.command.cycle_ms; }},
 
     {"publish.position_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Position; 0: not sent",
      +[](C& c) -> int& { return c.publish.position_ms; }},
@@ -238,6 +263,12 @@ struct Shown {
   std::string operator()(const std::vector<std::string>& v) const {
     std::string text = "[";
     for (const std::string& item : v) text += (text.size() > 1 ? ", \"" : "\"") + item + '"';
+    return text + "]";
+  }
+  std::string operator()(const Scale& v) const {
+    std::string text = "[";
+    for (const ScalePoint& p : v)
+      text += (text.size() > 1 ? ", [" : "[") + (*this)(p.from) + ", " + (*this)(p.to) + "]";
     return text + "]";
   }
   template <typename Enum>

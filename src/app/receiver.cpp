@@ -17,7 +17,8 @@ bool Receiver::Take(const can::Frame& frame) noexcept {
   task_.TakeFaultsOfReceiver(faults_);
   const std::uint64_t next_tick = task_.Clock() + 1;
   CommandRejection rejection{};
-  const bool is_command = contract_.DecodeCommand(frame, rejection).has_value();
+  const std::optional<Demand> demand = contract_.Decode(frame, rejection);
+  const bool is_command = demand && demand->p1_psi;
   if (fault::LineAt(faults_, next_tick).down) {
     ++counters_.faulted;
     return is_command;
@@ -75,13 +76,11 @@ bool Receiver::IsOurs(const can::Frame& frame) const noexcept {
 
 void Receiver::TakeCommand(const can::Frame& frame) noexcept {
   CommandRejection rejection{};
-  if (std::optional<Command> command = contract_.DecodeCommand(frame, rejection)) {
-    command->arrival_ns = ArrivalNs(frame);
-    task_.PutCommand(*command);
-    ++counters_.commands;
-    return;
-  }
+  const std::optional<Demand> demand = contract_.Decode(frame, rejection);
+  if (demand) Merge(*demand, command_);
   switch (rejection) {
+    case CommandRejection::kNone:
+      break;
     case CommandRejection::kUnknownId:
       ++counters_.foreign;
       break;
@@ -92,6 +91,10 @@ void Receiver::TakeCommand(const can::Frame& frame) noexcept {
       ++counters_.out_of_range;
       break;
   }
+  if (!demand || !demand->p1_psi) return;
+  command_.arrival_ns = ArrivalNs(frame);
+  task_.PutCommand(command_);
+  ++counters_.commands;
 }
 
 }  // namespace servohil::app

@@ -18,7 +18,9 @@ std::string Contents(const std::string& text) {
 }  // namespace
 
 KeyValues KeyValuesOf(const RunTexts& texts) {
-  KeyValues values = {{"can.dbc", Contents(texts.dbc)},
+  std::string dbcs;
+  for (const std::string& dbc : texts.dbc) dbcs += dbc + '\0';
+  KeyValues values = {{"can.dbc", Contents(dbcs)},
                       {"load.file", Contents(texts.load_csv)},
                       {"load.closing_file", Contents(texts.load_closing_csv)}};
   std::istringstream lines(texts.configuration_toml);
@@ -32,8 +34,7 @@ KeyValues KeyValuesOf(const RunTexts& texts) {
       if (const int count = ++seen[section]; count > 1) section.append(Formatted("[%d]", count));
     } else {
       std::string value = line.substr(equals + 3);
-      if (const std::size_t unit = value.rfind("  # "); unit != std::string::npos)
-        value.erase(unit + 1, 3);
+      if (const std::size_t unit = value.rfind("  # "); unit != std::string::npos) value.erase(unit + 1, 3);
       values.emplace(section + "." + line.substr(0, equals), value);
     }
   }

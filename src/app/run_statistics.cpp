@@ -46,10 +46,16 @@ Json WorstToJson(const Emulator& emulator, int wake_ticks) {
 Json TrafficToJson(const Emulator& emulator) {
   const ReceiveCounters& in = emulator.Received();
   const SendCounters& out = emulator.Sent();
-  return {{"commands", in.commands.load()},     {"foreign", in.foreign.load()},
-          {"malformed", in.malformed.load()},   {"out_of_range", in.out_of_range.load()},
-          {"published", out.published.load()},  {"not_sent", out.not_sent.load()},
-          {"superseded", out.superseded.load()}};
+  Json saturated = Json::object();
+  for (std::size_t i = 0; i < emulator.Frames().MessageCount(); ++i) {
+    if (const std::uint64_t frames = out.saturated[i].load(); frames > 0)
+      saturated[emulator.Frames().MessageOf(i).name] = frames;
+  }
+  return {{"commands", in.commands.load()},      {"foreign", in.foreign.load()},
+          {"malformed", in.malformed.load()},    {"out_of_range", in.out_of_range.load()},
+          {"published", out.published.load()},   {"not_sent", out.not_sent.load()},
+          {"superseded", out.superseded.load()}, {"unchanged", out.unchanged.load()},
+          {"saturated", std::move(saturated)}};
 }
 
 void Replace(const std::filesystem::path& file, const std::string& text) {
@@ -84,7 +90,7 @@ Json StatisticsToJson(const Emulator& emulator, const Telemetry& now, const can:
                {"traffic", TrafficToJson(emulator)}};
   if (finished) {
     const std::uint64_t lost = options.clock == Clock::kReal ? 0 : network.Statistics().receive_overflows;
-    json["verdict"] = JudgeRun(now, lost).Text();
+    json["verdict"] = JudgeRun(now, lost, emulator.ModelledBus()).Text();
     json["state_hash"] = HashText(now.sample.state_hash);
     json["worst_overruns"] = WorstToJson(emulator, options.task.loop.wake_ticks);
     json["loop_page_faults"] = emulator.LoopPageFaults();

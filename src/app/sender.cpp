@@ -78,14 +78,14 @@ void Sender::SendWaiting(bool at_once) noexcept {
   FollowFaults();
 }
 
-void Sender::SendAll(const std::atomic<bool>& stop) noexcept {
+void Sender::SendAll(const std::atomic<bool>& stop, std::span<const std::size_t> order) noexcept {
   patient_until_ = &stop;
   conditions_.Take(bus_);
-  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+  FollowFaults();
+  for (const std::size_t i : order) {
     Publication publication = task_.PublicationNow(i);
     Send(i, publication);
   }
-  FollowFaults();
 }
 
 void Sender::SendStopped() noexcept {
@@ -104,9 +104,10 @@ void Sender::Send(std::size_t message, Publication& publication) noexcept {
     ++counters_.faulted;
     return;
   }
+  const std::optional<can::Frame> frame = Next(message, publication);
+  if (!frame) return;
   const Telemetry& telemetry = publication.telemetry;
-  Outgoing outgoing{contract_.Encode(message, telemetry, publication.measured), message,
-                    telemetry.sample.tick, telemetry.status.command_arrival_ns};
+  Outgoing outgoing{*frame, message, telemetry.sample.tick, telemetry.status.command_arrival_ns};
   fault::FlipBits({outgoing.frame.data.data(), outgoing.frame.size}, fate.flipped_bits, fate.flip_key);
   std::optional<Outgoing>& overtaken = waiting_[message].overtaken;
   if (fate.after_next && !overtaken) {
@@ -123,6 +124,25 @@ void Sender::Send(std::size_t message, Publication& publication) noexcept {
   if (!overtaken) return;
   Transmit(*overtaken);
   overtaken.reset();
+}
+
+std::optional<can::Frame> Sender::Next(std::size_t message, const Publication& publication) noexcept {
+  Written& written = written_[message];
+  const std::uint64_t turn = written.turn++;
+  FieldSet saturated = 0;
+  const can::Frame frame =
+      contract_.Encode(message, publication.telemetry, publication.measured, turn, &saturated);
+  if (saturated != 0) {
+    ++counters_.saturated[message];
+    counters_.saturated_fields[message].fetch_or(saturated, std::memory_order_relaxed);
+  }
+  std::optional<can::Frame>& newest = written.newest[turn % written.newest.size()];
+  if (contract_.OutgoingMessages()[message].on_change && newest && newest->data == frame.data) {
+    ++counters_.unchanged;
+    return std::nullopt;
+  }
+  newest = frame;
+  return frame;
 }
 
 void Sender::FollowFaults() noexcept {
@@ -179,6 +199,7 @@ can::SendResult Sender::Try(const can::Frame& frame) noexcept {
 void Sender::Account(const Outgoing& outgoing, can::SendResult result) noexcept {
   if (result != can::SendResult::kSent) {
     ++counters_.not_sent;
+    for (auto& newest : written_[outgoing.message].newest) newest.reset();  // on change: once more
     return;
   }
   ++counters_.published;

@@ -114,8 +114,9 @@ void SimulationTask::Influenced(const Request& request) noexcept {
 }
 
 void SimulationTask::TakeFrames() noexcept {
+  constexpr int kMostAtOnce = 16;
   SeenFrame frame;
-  while (frames_.TryPop(frame)) TakeFrame(frame.id, frame.extended);
+  for (int i = 0; i < kMostAtOnce && frames_.TryPop(frame); ++i) TakeFrame(frame.id, frame.extended);
 }
 
 void SimulationTask::TakeFrame(std::uint32_t id, bool extended) noexcept {
@@ -260,6 +261,7 @@ void SimulationTask::ServeRequests() noexcept {
   constexpr int kMostAtOnce = 4;
   Request request;
   for (int i = 0; i < kMostAtOnce && requests_.TryPop(request); ++i) answers_.TryPush(Serve(request));
+  for (int i = 0; i < kMostAtOnce && bus_requests_.TryPop(request); ++i) bus_answers_.TryPush(Serve(request));
 }
 
 void SimulationTask::FollowScript() noexcept {

@@ -22,7 +22,7 @@ class Watch {
   /// @param reloader  called at SIGHUP. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
         std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-        Reloader& reloader, BusWatch& buses);
+        Reloader& reloader, BusWatch& buses, const Contract& contract);
 
   /// Until a stop signal or the end of the run.
   void Run(const StopSignals& signals);
@@ -35,6 +35,8 @@ class Watch {
   void Reload();
   void TellThatItLives();
   void LogWhatWentWrong();
+  void LogSaturation();
+  void LogFaults();
   void WriteStatisticsSoFar();
   void TellEachSecond();
 
@@ -44,12 +46,15 @@ class Watch {
   std::filesystem::path statistics_;
   const SnapshotWriter& snapshots_;
   control::Server* control_;
+  const Contract& contract_;
   Reloader& reloader_;
   ServiceManager manager_;
   BusWatch& buses_;
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;
+  std::array<FieldSet, kMostMessages> told_saturated_{};  ///< signals that have been named in the log
+  std::uint64_t snapshots_refused_ = 0;
   bool terminal_;
   std::int64_t last_ns_;
   std::uint64_t last_tick_ = 0;

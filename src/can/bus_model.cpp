@@ -20,7 +20,8 @@ BusModel::BusModel(const BusModelSettings& settings) : settings_(settings) {
 }
 
 std::int64_t BusModel::DurationNs(const Frame& frame) const noexcept {
-  return WorstCaseFrameBits(frame) * kNsPerS / settings_.bit_rate_bit_s;
+  const FrameBits bits = WorstCaseBits(frame);
+  return (bits.nominal + bits.data) * kNsPerS / settings_.bit_rate_bit_s;
 }
 
 bool BusModel::HasRoom(const Frame& frame, From from) noexcept {

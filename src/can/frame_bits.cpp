@@ -1,31 +1,37 @@
 #include "servohil/can/frame_bits.hpp"
 
+#include <algorithm>
+#include <cstddef>
+
+#include "data_length.hpp"
+
 namespace servohil::can {
-namespace {
-
-constexpr int kTrailerBits = 13;  // CRC delimiter, ACK slot and delimiter, end of frame 7, interframe space 3
-
-int FdFrameBits(int size_bytes, bool extended) noexcept {
-  constexpr int kStandardHeaderBits = 22;  // SOF, id 11, RRS, IDE, FDF, res, BRS, ESI, length code 4
-  constexpr int kExtendedHeaderBits = 41;  // SOF, id 29, SRR, IDE, RRS, FDF, res, BRS, ESI, length code 4
-  constexpr int kLongCrcFrom = 17;         // bytes
-  constexpr int kStuffCountBits = 4;
-  const int stuffable = (extended ? kExtendedHeaderBits : kStandardHeaderBits) + 8 * size_bytes;
-  const int check_bits = kStuffCountBits + (size_bytes < kLongCrcFrom ? 17 : 21);
-  const int fixed_stuff_bits = 1 + check_bits / 4;
-  return stuffable + (stuffable - 1) / 4 + check_bits + fixed_stuff_bits + kTrailerBits;
-}
-
-}  // namespace
 
 int WorstCaseFrameBits(int size_bytes, bool extended) noexcept {
   const int stuffable = (extended ? 54 : 34) + 8 * size_bytes;
-  return stuffable + kTrailerBits + (stuffable - 1) / 4;
+  return stuffable + 13 + (stuffable - 1) / 4;
 }
 
-int WorstCaseFrameBits(const Frame& frame) noexcept {
-  if (frame.fd) return FdFrameBits(frame.size, frame.extended);
-  return WorstCaseFrameBits(frame.remote ? 0 : frame.size, frame.extended);
+FrameBits WorstCaseFdFrameBits(int size_bytes, bool extended, bool bit_rate_switch) noexcept {
+  const int padded = kSizeOfCode[CodeOfSize(static_cast<std::size_t>(std::max(size_bytes, 0)))];
+  const int arbitration = extended ? 36 : 17;
+  const int end = 13;
+  const int content = 5 + 8 * padded;  // ESI, DLC, data
+  const int check = padded <= 16 ? 4 + 17 + 6 : 4 + 21 + 7;
+  const int stuff = (arbitration + content - 1) / 4;
+  const int slow_stuff = (arbitration - 1) / 4;
+  const FrameBits bits{arbitration + slow_stuff + end, content + (stuff - slow_stuff) + check};
+  return bit_rate_switch ? bits : FrameBits{bits.nominal + bits.data, 0};
+}
+
+FrameBits WorstCaseBits(const Message& message) noexcept {
+  if (message.fd) return WorstCaseFdFrameBits(message.size_bytes, message.extended, message.bit_rate_switch);
+  return {WorstCaseFrameBits(message.size_bytes, message.extended), 0};
+}
+
+FrameBits WorstCaseBits(const Frame& frame) noexcept {
+  if (frame.fd) return WorstCaseFdFrameBits(frame.size, frame.extended, frame.bit_rate_switch);
+  return {WorstCaseFrameBits(frame.remote ? 0 : frame.size, frame.extended), 0};
 }
 
 std::uint32_t ArbitrationRank(const Frame& frame) noexcept {

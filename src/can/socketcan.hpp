@@ -45,6 +45,9 @@ class SocketCan final : public Bus {
   std::string Interface() const override { return interface_; }
   std::string State() const override;
   bool IsVirtual() const noexcept override { return is_virtual_; }
+  const char* WhyNoErrorFrames() const noexcept override {
+    return IsVirtual() ? nullptr : "a real CAN controller would send them as data frames";
+  }
   int PollFd() noexcept override { return removed_ ? -1 : socket_.Get(); }
   std::optional<Frame> Receive() noexcept override;
   SendResult Send(const Frame& frame) noexcept override;

@@ -4,7 +4,6 @@
 #include "servohil/app/configuration.hpp"
 #include "servohil/app/contract.hpp"
 #include "servohil/app/simulation_task.hpp"
-#include "servohil/can/dbc.hpp"
 
 namespace servohil::app::testing {
 
@@ -18,7 +17,7 @@ struct DefaultSetup {
       : configuration(LoadConfiguration(kConfigurationFile, settings)),
         derived(configuration.model),
         start(model::SteadyStateAt(derived, configuration.start_x3_in)),
-        contract(can::ReadDbc(configuration.can.dbc), configuration.publish) {}
+        contract(configuration) {}
 
   TaskOptions Options() const {
     TaskOptions options;

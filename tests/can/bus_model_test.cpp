@@ -31,12 +31,12 @@ constexpr auto kTheirs = BusModel::From::kOthers;
 /// Davis et al., eqs. (2) and (3): 55 + 10 s bits with an identifier of 11 bits, 80 + 10 s with 29.
 TEST(FrameBits, AreTheLongestThatDavisBurnsBrilLukkienGive) {
   for (int size_bytes = 0; size_bytes <= 8; ++size_bytes) {
-    EXPECT_EQ(WorstCaseFrameBits(FrameOf(1, size_bytes)), 55 + 10 * size_bytes);
-    EXPECT_EQ(WorstCaseFrameBits(FrameOf(1, size_bytes, true)), 80 + 10 * size_bytes);
+    EXPECT_EQ(WorstCaseBits(FrameOf(1, size_bytes)).nominal, 55 + 10 * size_bytes);
+    EXPECT_EQ(WorstCaseBits(FrameOf(1, size_bytes, true)).nominal, 80 + 10 * size_bytes);
   }
   Frame remote = FrameOf(1, 8);
   remote.remote = true;
-  EXPECT_EQ(WorstCaseFrameBits(remote), 55);
+  EXPECT_EQ(WorstCaseBits(remote).nominal, 55);
 }
 
 /// 8 bytes: 135 bits, 270 us at 500 kbit/s, 135 us at 1 Mbit/s, 1.08 ms at 125 kbit/s.

@@ -4,12 +4,14 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include "servohil/app/contract_settings.hpp"
 #include "servohil/model/parameters.hpp"
 
 namespace servohil::app {
@@ -31,6 +33,7 @@ enum class Armed : std::uint8_t { kAuto, kYes, kNo };
 
 struct FaultSettings {
   Armed armed = Armed::kAuto;  ///< kAuto: where no bus is physical
+  bool allow_can = false;      ///< FAULT_Request frames are followed, where faults are armed
 };
 
 struct LockstepSettings {
@@ -39,11 +42,11 @@ struct LockstepSettings {
 };
 
 struct CanSettings {
-  std::string dbc = "servohil.dbc";
+  std::vector<std::string> dbc = {"servohil.dbc"};
   std::vector<std::string> buses = {"auto"};
   std::vector<std::string> interfaces = {"vcan0", "can0"};
   int bit_rate_bit_s = 500'000;
-  int command_cycle_ms = 10;  ///< expected of the governor; for the bus load
+  int data_bit_rate_bit_s = 2'000'000;  ///< of CAN FD frames with bit-rate switch
   bool allow_physical = false;
   bool configure = false;  ///< sets up kernel interfaces at the start
   double sample_point = 0.875;
@@ -51,6 +54,9 @@ struct CanSettings {
   int backoff_ms = 100;
   int most_backoff_ms = 10'000;
   int queue_length = 16;
+  int emulate_bit_rate_bit_s = 0;  ///< 0: not emulated
+  CommandSettings command;
+  std::vector<MessageSettings> publish;  ///< empty: servohil's own messages, PublishSettings
 };
 
 /// Cycle times of the published messages [ms]; 0: not sent.
@@ -72,14 +78,22 @@ struct Configuration {
   FaultSettings fault;
   CanSettings can;
   PublishSettings publish;
+  std::map<std::string, std::string> places;  ///< key → "FILE:LINE" or "--set KEY=VALUE", where one set it
+
+  /// Where a key was set; "default": nowhere.
+  std::string PlaceOf(const std::string& key) const {
+    const auto place = places.find(key);
+    return place == places.end() ? "default" : place->second;
+  }
 };
 
 /// Where a key's value lives in a Configuration.
-using Place = std::variant<double& (*)(Configuration&), int& (*)(Configuration&), bool& (*)(Configuration&),
-                           std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
-                           model::Physics& (*)(Configuration&), model::OilName& (*)(Configuration&),
-                           model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&),
-                           Overrun& (*)(Configuration&), Armed& (*)(Configuration&)>;
+using Place =
+    std::variant<double& (*)(Configuration&), int& (*)(Configuration&), bool& (*)(Configuration&),
+                 std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
+                 model::Physics& (*)(Configuration&), model::OilName& (*)(Configuration&),
+                 model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&),
+                 Overrun& (*)(Configuration&), Armed& (*)(Configuration&), Scale& (*)(Configuration&)>;
 
 struct Key {
   const char* name;  ///< "servo.underlap_in"

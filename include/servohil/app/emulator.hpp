@@ -16,6 +16,8 @@
 #include <thread>
 
 #include "servohil/app/contract.hpp"
+#include "servohil/app/fault_port.hpp"
+#include "servohil/app/lockstep_bus.hpp"
 #include "servohil/app/receiver.hpp"
 #include "servohil/app/sender.hpp"
 #include "servohil/app/simulation_task.hpp"
@@ -40,7 +42,9 @@ struct EmulatorOptions {
   TaskOptions task;
   Clock clock = Clock::kReal;  ///< kReal or kLockstep
   LockstepSettings lockstep;
-  RealTime real_time = RealTime::kPrefer;  ///< of no importance in lockstep
+  std::optional<can::BusModelSettings> lockstep_bus;  ///< in lockstep, frames take their time and turn
+  RealTime real_time = RealTime::kPrefer;             ///< of no importance in lockstep
+  FaultPort* fault_port = nullptr;  ///< faults over CAN; must outlive the emulator; none: not allowed
 };
 
 class Emulator {
@@ -73,11 +77,14 @@ class Emulator {
   void SampleEvery(std::uint64_t ticks) noexcept { task_->SampleEvery(ticks); }
   bool TryPopSample(Telemetry& telemetry) noexcept { return task_->TryPopSample(telemetry); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
+  const Contract& Frames() const noexcept { return contract_; }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
   bool TakeBusErrors(std::size_t bus, can::ErrorTotals& errors) noexcept {
     return receiver_->TakeErrors(bus, errors);
   }
   std::uint64_t Conflicts(std::size_t bus) const noexcept { return receiver_->Conflicts(bus); }
+  /// Of the bus model, where there is one; in lockstep after Stop().
+  std::optional<can::BusModelStatistics> ModelledBus() const noexcept;
   /// For the messages that tell it.
   void PutBusCondition(const can::BusCondition& condition) noexcept { sender_->PutBusCondition(condition); }
   const SendCounters& Sent() const noexcept { return sender_->Counters(); }
@@ -103,6 +110,12 @@ class Emulator {
   void RunReceiver();
   void RunSender();
   void RunLockstep();
+  void RunModelledLockstep();
+  /// Receiver: what a FAULT_Request frame asks.
+  void TakeFaultRequest(const can::Frame& frame) noexcept;
+  /// Sender: FAULT_Response frames.
+  void SendFaultResponses() noexcept;
+  void SendFaultResponse(const can::Frame& frame) noexcept;
   bool LetsTimePass(const can::Frame& frame, bool is_command) const noexcept;
   /// Sets up the calling thread, then waits for the start.
   void BeReady(const char* name, int priority, int cpu);
@@ -114,6 +127,7 @@ class Emulator {
   std::unique_ptr<SimulationTask> task_;
   std::unique_ptr<Receiver> receiver_;
   std::unique_ptr<Sender> sender_;
+  std::optional<LockstepBus> lockstep_bus_;
   rt::PeriodicLoop loop_;
   std::int64_t first_deadline_ns_ = 0;
   long loop_page_faults_ = 0;

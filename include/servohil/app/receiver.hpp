@@ -35,7 +35,8 @@ class Receiver {
   Receiver(const Contract& contract, SimulationTask& task, Recorder* recorder, std::size_t buses)
       : contract_(contract), task_(task), recorder_(recorder), inputs_(buses) {}
 
-  /// Faults may lose it or let it wait. @return whether it was a valid command, whatever becomes of it
+  /// Faults may lose it or let it wait. What a frame without P1 says of enable and trip goes with the next
+  /// command. @return whether it was a valid command, whatever becomes of it
   bool Take(const can::Frame& frame) noexcept;
   /// Evaluates what has waited long enough.
   void TakeDelayed() noexcept;
@@ -69,6 +70,7 @@ class Receiver {
   SimulationTask& task_;
   Recorder* recorder_;
   std::deque<Input> inputs_;  ///< of each bus
+  Command command_;           ///< the newest of what each message says
   fault::Schedule faults_;
   std::uint64_t arrivals_ = 0;
   Delayed<can::Frame> delayed_{kMostDelayed};

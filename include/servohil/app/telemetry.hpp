@@ -13,6 +13,8 @@ namespace servohil::app {
 /// A valid command frame of the governor.
 struct Command {
   double p1_psi = 0.0;
+  bool enabled = true;  ///< can.command.enable; always where there is none
+  bool trip = false;    ///< can.command.trip
   std::int64_t arrival_ns =
       0;  ///< CLOCK_MONOTONIC, by the kernel's receive stamp where there is one; 0: unknown
 };

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "servohil/can/bus_model.hpp"
 #include "servohil/can/frame.hpp"
 #include "servohil/can/link.hpp"
 
@@ -35,6 +36,7 @@ struct BusOptions {
   std::uint32_t bit_rate_bit_s = 500'000;  ///< told to a real serial adapter (S0..S8)
   bool allow_physical = true;              ///< else a physical bus is refused
   std::optional<LinkSettings> configure;   ///< sets up kernel interfaces before they are used
+  std::optional<BusModelSettings> model;   ///< all buses together behave as one real bus; virtual ones only
 };
 
 enum class SendResult : std::uint8_t {
@@ -78,6 +80,11 @@ class Bus {
   virtual std::string State() const { return {}; }
   /// A virtual segment: frames from one of these are passed on to the others, as on one cable.
   virtual bool IsVirtualSegment() const noexcept { return false; }
+
+  /// Why frames with `error` set cannot be sent; null: they can.
+  virtual const char* WhyNoErrorFrames() const noexcept {
+    return "serial CAN adapters (slcan) have no error frames";
+  }
 
   /// Nothing but programs on this machine can be on it.
   virtual bool IsVirtual() const noexcept { return IsVirtualSegment(); }

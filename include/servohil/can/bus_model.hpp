@@ -56,6 +56,7 @@ class BusModel {
   std::optional<std::int64_t> NextEnd() const noexcept;
 
   const BusModelStatistics& Statistics() const noexcept { return statistics_; }
+  /// Longest time on the bus; of CAN FD all of it at the nominal bit rate, an upper bound.
   std::int64_t DurationNs(const Frame& frame) const noexcept;
 
  private:

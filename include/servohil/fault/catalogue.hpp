@@ -67,6 +67,9 @@ struct Spec {
   bool HasMessage() const noexcept { return ActsAs<TransmitAct>(); }
 };
 
+/// The one that needs the past of a signal.
+inline constexpr std::uint8_t kSensorDelayed = 60;
+
 std::span<const Spec> Catalogue() noexcept;
 /// Null: there is none of this number. Real-time safe.
 const Spec* Find(std::uint8_t id) noexcept;
@@ -80,6 +83,8 @@ struct Surroundings {
   const char* why_no_error_frames = nullptr;  ///< null: its transports carry them
 };
 
+/// "model.physics = "full""; null: nothing is needed.
+const char* OnlyWith(Needs needs) noexcept;
 /// Why the run does not have what the fault acts on; null where it has. Real-time safe.
 const char* Unsupported(const Spec& spec, const Surroundings& surroundings) noexcept;
 }  // namespace servohil::fault

@@ -183,7 +183,7 @@ void Server::TakeLine(Client& client, std::string_view line) {
   } else if (Subscription* subscription = std::get_if<Subscription>(&request.asks)) {
     Subscribe(client, std::move(request.id), std::move(*subscription));
   } else {
-    Ask(client, std::move(request.id), std::get<Request>(request.asks));
+    Ask(client, request);
   }
 }
 
@@ -238,7 +238,7 @@ Json Server::AnswerTo(Question question) {
   switch (question) {
     case Question::kStatus: {
       Json status = StatusToJson(now_);
-      status["stroke_in"] = permissions_.unfaulted->servo.stroke_in;
+      status["stroke_in"] = permissions_.faults.surroundings.unfaulted->servo.stroke_in;
       status["buses"] = BusesToJson(buses_);
       return status;
     }
@@ -247,18 +247,19 @@ Json Server::AnswerTo(Question question) {
       return answer;
     }
     case Question::kFaults:
-      return FaultsToJson(faults_, now_.sample.tick);
+      return FaultsToJson(faults_, now_.sample.tick, permissions_.faults);
     default:
-      return CatalogueToJson(*permissions_.unfaulted);
+      return CatalogueToJson(permissions_.faults.surroundings);
   }
 }
 
-void Server::Ask(Client& client, std::string id, Request request) {
+void Server::Ask(Client& client, const RequestLine& line) {
+  Request request = std::get<Request>(line.asks);
   request.number = next_request_++;
   if (asked_.size() < kMostAsked && emulator_.PutRequest(request)) {
-    asked_.push_back({request.number, client.number, std::move(id)});
+    asked_.push_back({request.number, client.number, line.id, line.warning});
   } else {
-    Reply(client, id, Rejected("too many requests wait already"));
+    Reply(client, line.id, Rejected("too many requests wait already"));
   }
 }
 
@@ -273,7 +274,10 @@ void Server::TakeAnswers() {
     asked_.pop_front();
     const auto client = std::find_if(clients_.begin(), clients_.end(),
                                      [&](const Client& c) { return c.number == asked.client; });
-    if (client != clients_.end()) Reply(*client, asked.id, ToJson(answer));
+    if (client == clients_.end()) continue;
+    Json json = ToJson(answer);
+    if (!asked.warning.empty() && answer.result == Answer::Result::kApplied) json["warning"] = asked.warning;
+    Reply(*client, asked.id, json);
   }
 }
 

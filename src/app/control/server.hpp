@@ -62,6 +62,7 @@ class Server {
     std::uint64_t request = 0;
     std::uint64_t client = 0;
     std::string id;  ///< as JSON
+    std::string warning;
   };
 
   void ServeClients();
@@ -70,7 +71,7 @@ class Server {
   void Read(Client& client);
   void TakeLine(Client& client, std::string_view line);
   nlohmann::json AnswerTo(Question question);
-  void Ask(Client& client, std::string id, Request request);
+  void Ask(Client& client, const RequestLine& line);
   void TakeAnswers();
   void Subscribe(Client& client, std::string id, Subscription subscription);
   void ChooseSamples();

@@ -26,6 +26,7 @@ nlohmann::json StatusToJson(const Telemetry& now) {
           {"stuck", s.state.mode.PistonRests()},
           {"model_fault", s.model_fault},
           {"active_faults", now.status.active_faults},
+          {"interface_down", now.status.line_down},
           {"command_age_s", SecondsOf(now.status.command_age_ticks)}};
 }
 
