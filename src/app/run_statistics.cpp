@@ -1,4 +1,6 @@
 #include "run_statistics.hpp"
+
+#include "control/status.hpp"
 #include "formatted.hpp"
 
 #include <fstream>
@@ -46,16 +48,15 @@ Json WorstToJson(const Emulator& emulator, int wake_ticks) {
 Json TrafficToJson(const Emulator& emulator) {
   const ReceiveCounters& in = emulator.Received();
   const SendCounters& out = emulator.Sent();
-  Json saturated = Json::object();
-  for (std::size_t i = 0; i < emulator.Frames().MessageCount(); ++i) {
-    if (const std::uint64_t frames = out.saturated[i].load(); frames > 0)
-      saturated[emulator.Frames().MessageOf(i).name] = frames;
-  }
-  return {{"commands", in.commands.load()},      {"foreign", in.foreign.load()},
-          {"malformed", in.malformed.load()},    {"out_of_range", in.out_of_range.load()},
-          {"published", out.published.load()},   {"not_sent", out.not_sent.load()},
-          {"superseded", out.superseded.load()}, {"unchanged", out.unchanged.load()},
-          {"saturated", std::move(saturated)}};
+  return {{"commands", in.commands.load()},
+          {"foreign", in.foreign.load()},
+          {"malformed", in.malformed.load()},
+          {"out_of_range", in.out_of_range.load()},
+          {"published", out.published.load()},
+          {"not_sent", out.not_sent.load()},
+          {"superseded", out.superseded.load()},
+          {"unchanged", out.unchanged.load()},
+          {"saturated", control::SaturatedToJson(emulator)}};
 }
 
 void Replace(const std::filesystem::path& file, const std::string& text) {

@@ -309,10 +309,10 @@ TEST(Contract, SaturationOfWhatIsMeasuredIsTold) {
   EXPECT_EQ(saturated, 0U);
   t.sample.state.p3_psi = 256.0;
   contract.Encode(0, t, {}, 0, &saturated);
-  EXPECT_EQ(saturated, 0b010U) << "by number: Late, P3, X3";
+  EXPECT_EQ(saturated, 0b010U) << "by number, in the order of the file: X3, P3, Late";
   t.sample.state.x3_in = 8.01;
   contract.Encode(0, t, {}, 0, &saturated);
-  EXPECT_EQ(saturated, 0b110U);
+  EXPECT_EQ(saturated, 0b011U);
 }
 
 TEST(Contract, TheExampleOfAForeignGovernorIsSound) {

@@ -187,6 +187,7 @@ Json Server::AnswerTo(Question question) {
     case Question::kStatus: {
       Json status = StatusToJson(now_);
       status["buses"] = BusesToJson(buses_);
+      status["saturated"] = SaturatedToJson(emulator_);
       return status;
     }
     case Question::kFaults:
