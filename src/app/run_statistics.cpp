@@ -72,8 +72,8 @@ void Replace(const std::filesystem::path& file, const std::string& text) {
 
 }  // namespace
 
-void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator, const Telemetry& now,
-                     const can::Network& network, const EmulatorOptions& options, bool finished) {
+Json StatisticsToJson(const Emulator& emulator, const Telemetry& now, const can::Network& network,
+                      const EmulatorOptions& options, bool finished) {
   const rt::LoopTiming& timing = emulator.Timing();
   Json json = {{"program", "servohil " SERVOHIL_VERSION},
                {"finished", finished},
@@ -96,7 +96,12 @@ void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator
     json["worst_overruns"] = WorstToJson(emulator, options.task.loop.wake_ticks);
     json["loop_page_faults"] = emulator.LoopPageFaults();
   }
-  Replace(file, json.dump(2) + '\n');
+  return json;
+}
+
+void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator, const Telemetry& now,
+                     const can::Network& network, const EmulatorOptions& options, bool finished) {
+  Replace(file, StatisticsToJson(emulator, now, network, options, finished).dump(2) + '\n');
 }
 
 }  // namespace servohil::app
