@@ -39,8 +39,10 @@ constexpr std::array kCommon = std::to_array<CommonParameter>({
      [](const Spec& s) { return s.HasSignal(); }},
     {"message", "", 0, 0, "all", "the published message that it hits: SERVO_Position, ...",
      [](const Spec& s) { return s.HasMessage(); }},
-    {"seed", "", 0, kMostSeed, "0", "the same seed gives the same run", [](const Spec& s) { return s.random; }},
-    {"at_s", "s", 0, kMostSeconds, "now", "simulated time at which it starts; with a trigger: not before", Any},
+    {"seed", "", 0, kMostSeed, "0", "the same seed gives the same run",
+     [](const Spec& s) { return s.random; }},
+    {"at_s", "s", 0, kMostSeconds, "now", "simulated time at which it starts; with a trigger: not before",
+     Any},
     {"ramp_s", "s", 0, kMostSeconds, "0", "rises in this time, and falls again in as long at its end", Any},
     {"ramp_out_s", "s", 0, kMostSeconds, "ramp_s", "falls in this time", Any},
     {"for_s", "s", 0, kMostSeconds, "until cleared", "from its start to the beginning of its fall", Any},
@@ -82,7 +84,8 @@ const std::string& RequireText(const std::string& name, const Word& word, const 
 const Quantity& RequireQuantity(const std::string& name) {
   std::vector<std::string> names;
   for (const Quantity& quantity : Quantities()) {
-    const bool same = name.size() == std::string(quantity.signal).size() && EditDistance(name, quantity.signal) == 0;
+    const bool same =
+        name.size() == std::string(quantity.signal).size() && EditDistance(name, quantity.signal) == 0;
     if (name == quantity.name || same) return quantity;
     names.emplace_back(quantity.name);
   }
@@ -112,8 +115,7 @@ Trigger ConditionOf(const std::string& text) {
   const std::string name = trimmed(text.substr(0, sign));
   const std::string number = trimmed(text.substr(sign + 1));
   Trigger trigger{.kind = Trigger::Kind::kCondition};
-  const auto [end, error] =
-      std::from_chars(number.data(), number.data() + number.size(), trigger.threshold);
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), trigger.threshold);
   if (error != std::errc{} || end != number.data() + number.size() || !std::isfinite(trigger.threshold))
     throw UsageError(form);
   const Quantity& quantity = RequireQuantity(name);
@@ -135,12 +137,30 @@ Trigger FrameOf(const Word& word) {
     const std::string& text = std::get<std::string>(word);
     const bool hexadecimal = text.rfind("0x", 0) == 0;
     const char* last = text.data() + text.size();
-    const auto [end, error] = std::from_chars(text.data() + (hexadecimal ? 2 : 0), last, id, hexadecimal ? 16 : 10);
+    const auto [end, error] =
+        std::from_chars(text.data() + (hexadecimal ? 2 : 0), last, id, hexadecimal ? 16 : 10);
     if (error != std::errc{} || end != last) id = std::numeric_limits<std::uint32_t>::max();
   }
   if (id > kMostExtendedId)
-    throw UsageError("when_frame = " + Shown(word) + ": must be an identifier from 0 to 0x1FFFFFFF, such as 0x100");
+    throw UsageError("when_frame = " + Shown(word) +
+                     ": must be an identifier from 0 to 0x1FFFFFFF, such as 0x100");
   return {.kind = Trigger::Kind::kFrame, .frame_id = id, .extended = id > kMostStandardId};
+}
+
+/// A frame that never comes would start nothing.
+void RequireReceived(const Trigger& trigger, const std::vector<can::WantedId>& received) {
+  const auto is_it = [&](const can::WantedId& wanted) {
+    return wanted.extended == trigger.extended && ((wanted.id ^ trigger.frame_id) & wanted.mask) == 0;
+  };
+  if (trigger.kind != Trigger::Kind::kFrame || received.empty() ||
+      std::any_of(received.begin(), received.end(), is_it))
+    return;
+  std::string all;
+  for (const can::WantedId& wanted : received)
+    all += (all.empty() ? "" : ", ") + Formatted("0x%X", wanted.id);
+  throw UsageError(Formatted("when_frame = 0x%X: is not received on a kernel's interface; received are ",
+                             trigger.frame_id) +
+                   all);
 }
 
 /// The time line as it was asked for.
@@ -163,7 +183,8 @@ void SetTimes(Injection& injection, const Asked& asked) {
   if (!asked.times) return;
   if (!asked.every_s && !triggered) throw UsageError("times: needs every_s, when, when_frame or when_fault");
   injection.times = static_cast<std::uint32_t>(*asked.times);
-  if (injection.times != 1 && injection.for_ticks == 0) throw UsageError("times: needs for_s: it would never end");
+  if (injection.times != 1 && injection.for_ticks == 0)
+    throw UsageError("times: needs for_s: it would never end");
 }
 
 void SetTimeLine(Injection& injection, const Asked& asked) {
@@ -183,12 +204,15 @@ void SetTimeLine(Injection& injection, const Asked& asked) {
 }
 
 /// @return false: there is no such common parameter
-bool SetCommon(const std::string& name, const Word& word, const Spec& spec, Injection& injection, Asked& asked) {
+bool SetCommon(const std::string& name, const Word& word, const Spec& spec, Injection& injection,
+               Asked& asked) {
   const auto* const common = std::find_if(kCommon.begin(), kCommon.end(), [&](const CommonParameter& c) {
     return name == c.name && c.fits(spec);
   });
   if (common == kCommon.end()) return false;
-  const auto number = [&] { return RequireNumber(name, word, common->minimum, common->maximum, common->unit); };
+  const auto number = [&] {
+    return RequireNumber(name, word, common->minimum, common->maximum, common->unit);
+  };
   if (name == "seed") injection.seed = static_cast<std::uint64_t>(number());
   if (name == "at_s") injection.start_tick = TicksOf(number()) + 1;
   if (name == "ramp_s") injection.ramp_ticks = TicksOf(number());
@@ -200,7 +224,8 @@ bool SetCommon(const std::string& name, const Word& word, const Spec& spec, Inje
   if (name.rfind("when", 0) != 0) return true;
   ++asked.triggers;
   injection.waits = true;
-  if (name == "when") injection.trigger = ConditionOf(RequireText(name, word, "a text such as \"x3_in > 5\""));
+  if (name == "when")
+    injection.trigger = ConditionOf(RequireText(name, word, "a text such as \"x3_in > 5\""));
   if (name == "when_frame") injection.trigger = FrameOf(word);
   if (name == "when_fault")
     injection.trigger = {.kind = Trigger::Kind::kFault,
@@ -246,7 +271,8 @@ std::uint8_t UnderstandTarget(const Spec& spec, const Words& words, const FaultC
   std::uint8_t target = Injection::kEverything;
   for (const auto& [name, word] : words) {
     if (name == "signal" && spec.HasSignal())
-      target = static_cast<std::uint8_t>(IndexOf(RequireQuantity(RequireText(name, word, "a quantity's name"))));
+      target =
+          static_cast<std::uint8_t>(IndexOf(RequireQuantity(RequireText(name, word, "a quantity's name"))));
     if (name == "message" && spec.HasMessage())
       target = RequireMessage(RequireText(name, word, "a message's name"), context.contract);
   }
@@ -267,8 +293,10 @@ UnderstoodInjection UnderstandInjection(const std::string& fault, const Words& w
   }
   injection.target = UnderstandTarget(spec, words, context);
   if (spec.HasSignal() && injection.target == Injection::kEverything)
-    throw UsageError(std::string(spec.name) + ": signal is missing: the quantity whose sensor it is, such as signal=x3");
+    throw UsageError(std::string(spec.name) +
+                     ": signal is missing: the quantity whose sensor it is, such as signal=x3");
   SetTimeLine(injection, asked);
+  RequireReceived(injection.trigger, context.received);
   return {injection, WhyNoEffect(spec, injection, context)};
 }
 
@@ -296,12 +324,14 @@ std::string TriggerText(const Trigger& trigger) {
 }
 
 std::string EventText(const fault::Event& event, const Contract* contract) {
-  static constexpr std::array kWhat = {"waits from", "starts at", "ends at", "is changed at", "is cleared at"};
+  static constexpr std::array kWhat = {"waits from", "starts at", "ends at", "is changed at",
+                                       "is cleared at"};
   const Spec& spec = *fault::Find(event.id);
   const std::string target = TargetName(spec, event.target, contract);
   return std::string("fault ") + spec.name + (target.empty() ? "" : " of " + target) + " " +
          kWhat[static_cast<std::size_t>(event.kind)] +
-         Formatted(" tick %llu (%.4f s)", static_cast<unsigned long long>(event.tick), SecondsOf(event.tick)) +
+         Formatted(" tick %llu (%.4f s)", static_cast<unsigned long long>(event.tick),
+                   SecondsOf(event.tick)) +
          (event.pulse == 0 ? "" : Formatted(", pulse %u", event.pulse + 1));
 }
 

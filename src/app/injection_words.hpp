@@ -1,6 +1,6 @@
 #pragma once
-/// Faults in words: what `servohil fault inject`, a request on the control socket and a scenario say, and what is
-/// said of faults.
+/// Faults in words: what `servohil fault inject`, a request on the control socket and a scenario say, and
+/// what is said of faults.
 
 #include <stdexcept>
 #include <string>
@@ -18,6 +18,8 @@ namespace servohil::app {
 struct FaultContext {
   fault::Surroundings surroundings;
   const Contract* contract = nullptr;  ///< null: nothing is published
+  /// Identifiers that a kernel's filter lets through; empty: all.
+  std::vector<can::WantedId> received = {};
 };
 
 /// "fraction" = 0.02, "signal" = "x3", "when" = "x3_in > 5"

@@ -1,4 +1,6 @@
 #include "run_statistics.hpp"
+
+#include "control/status.hpp"
 #include "formatted.hpp"
 
 #include <fstream>
@@ -46,16 +48,15 @@ Json WorstToJson(const Emulator& emulator, int wake_ticks) {
 Json TrafficToJson(const Emulator& emulator) {
   const ReceiveCounters& in = emulator.Received();
   const SendCounters& out = emulator.Sent();
-  Json saturated = Json::object();
-  for (std::size_t i = 0; i < emulator.Frames().MessageCount(); ++i) {
-    if (const std::uint64_t frames = out.saturated[i].load(); frames > 0)
-      saturated[emulator.Frames().MessageOf(i).name] = frames;
-  }
-  return {{"commands", in.commands.load()},      {"foreign", in.foreign.load()},
-          {"malformed", in.malformed.load()},    {"out_of_range", in.out_of_range.load()},
-          {"published", out.published.load()},   {"not_sent", out.not_sent.load()},
-          {"superseded", out.superseded.load()}, {"unchanged", out.unchanged.load()},
-          {"saturated", std::move(saturated)}};
+  return {{"commands", in.commands.load()},
+          {"foreign", in.foreign.load()},
+          {"malformed", in.malformed.load()},
+          {"out_of_range", in.out_of_range.load()},
+          {"published", out.published.load()},
+          {"not_sent", out.not_sent.load()},
+          {"superseded", out.superseded.load()},
+          {"unchanged", out.unchanged.load()},
+          {"saturated", control::SaturatedToJson(emulator)}};
 }
 
 void Replace(const std::filesystem::path& file, const std::string& text) {
@@ -71,8 +72,8 @@ void Replace(const std::filesystem::path& file, const std::string& text) {
 
 }  // namespace
 
-void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator, const Telemetry& now,
-                     const can::Network& network, const EmulatorOptions& options, bool finished) {
+Json StatisticsToJson(const Emulator& emulator, const Telemetry& now, const can::Network& network,
+                      const EmulatorOptions& options, bool finished) {
   const rt::LoopTiming& timing = emulator.Timing();
   Json json = {{"program", "servohil " SERVOHIL_VERSION},
                {"finished", finished},
@@ -95,7 +96,12 @@ void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator
     json["worst_overruns"] = WorstToJson(emulator, options.task.loop.wake_ticks);
     json["loop_page_faults"] = emulator.LoopPageFaults();
   }
-  Replace(file, json.dump(2) + '\n');
+  return json;
+}
+
+void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator, const Telemetry& now,
+                     const can::Network& network, const EmulatorOptions& options, bool finished) {
+  Replace(file, StatisticsToJson(emulator, now, network, options, finished).dump(2) + '\n');
 }
 
 }  // namespace servohil::app

@@ -419,7 +419,7 @@ def test_stand_in_governor(start, tmp_path):
 def test_stand_in_governor_alone(start, connect):
     """Nobody answers: one line, exit status 3."""
     emulator = start(*settings(publish__position_ms=0, publish__pressures_ms=0, publish__relay_ms=0,
-                               publish__status_ms=0))
+                               publish__status_ms=0, publish__bus_ms=0))
     done = subprocess.run([sys.executable, REPOSITORY / "tools" / "governor.py", "--can", emulator.urls[0], "hold", "30"],
                           capture_output=True, text=True, timeout=60)
     assert done.returncode == 3

@@ -36,8 +36,7 @@ def says(line, *parts):
 @pytest.fixture
 def configuration(tmp_path):
     """A copy of the configuration, to change: configuration(old, new) → its path and the changed line's number."""
-    for file in CONFIGURATION.parent.iterdir():
-        shutil.copy(file, tmp_path)
+    shutil.copytree(CONFIGURATION.parent, tmp_path, dirs_exist_ok=True)
 
     def change(old, new, name=CONFIGURATION.name):
         file = tmp_path / name

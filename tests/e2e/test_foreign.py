@@ -115,13 +115,13 @@ def test_bits_of_no_signal_are_ones_in_j1939(emulator):
     with ForeignGovernor(emulator.urls[0]) as governor:
         governor.demand(steady(x3=4.0)["p1_psi"])
         name, _, data = governor.receive()
-    assert name == "VDU_Feedback" and data[7] == 0xFF and data[4] >> 6 == 0b11
+    assert name == "VDU_Feedback" and data[7] == 0xFF and data[4] >> 4 & 0b11 == 0b11
 
 
 def test_only_its_own_parameter_groups_count(emulator):
     with ForeignGovernor(emulator.urls[0]) as governor:
         governor.send("TGC_Heartbeat", UpTime=1.0)
-        governor.send("TGC_Mode", TurbineState=3, Speed=3000)  # trip only: no time passes
+        governor.send("TGC_Mode", TurbineState=3, Speed=3000)  # no P1 in it: no time passes
         governor.demand(steady(x3=4.0)["p1_psi"])
         governor.answer()
     count = emulator.stop().count
