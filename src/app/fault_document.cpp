@@ -86,6 +86,14 @@ std::string Requirement(const fault::Spec& spec) {
                                                    : " Thesis.";
 }
 
+/// tools/draw_faults.py draws it: not what no run of the default configuration has.
+std::string Picture(const fault::Spec& spec) {
+  if (spec.needs == fault::Needs::kProtection || spec.needs == fault::Needs::kErrorFrames) return {};
+  return std::string("\n![") + spec.name + "](.github/pictures/faults/" + spec.name + ".png)\n";
+}
+
+}  // namespace
+
 std::string ExampleLine(const fault::Spec& spec) {
   std::string line = std::string("servohil fault inject ") + spec.name;
   if (spec.HasSignal()) line += " signal=x3";
@@ -95,14 +103,6 @@ std::string ExampleLine(const fault::Spec& spec) {
   const bool has_ramp = !spec.varies && spec.part <= fault::Part::kStabilizer;
   return line + (has_ramp ? " ramp_s=0.5 for_s=3" : " for_s=3");
 }
-
-/// tools/draw_faults.py draws it: not what no run of the default configuration has.
-std::string Picture(const fault::Spec& spec) {
-  if (spec.needs == fault::Needs::kProtection || spec.needs == fault::Needs::kErrorFrames) return {};
-  return std::string("\n![") + spec.name + "](.github/pictures/faults/" + spec.name + ".png)\n";
-}
-
-}  // namespace
 
 std::string FaultDocument() {
   std::string text = kHead + CommonRows() + kRules;
