@@ -30,15 +30,19 @@ STABILIZED = ("stabilizer.enabled = true",)
 SPECIAL = {
     "air_entrainment": ({}, ("servo.bulk_modulus_psi = 230000",)),
     "bulk_modulus": ({"psi": 20000}, ()),
+    "cold_oil": ({"temperature_c": -20}, ()),
+    "hot_oil": ({"temperature_c": 120}, ()),
+    "main_spring_weak": ({"rate_lost": 0.8}, ()),
+    "piston_leak": ({"clearance_in": 0.02}, ()),
     "capillary_plugged": ({"area_lost": 0.8}, ()),
     "relay_port_silted": ({"width_lost": 0.8}, ()),
-    "plunger_worn": ({"underlap_in": 0.01}, ()),
+    "plunger_worn": ({"underlap_in": 0.02, "clearance_in": 0.01}, ()),
     "plunger_overlapped": ({"overlap_in": 0.01}, ()),
     "coulomb_friction": ({"psi": 40}, ()),
     "stiction": ({"psi": 60}, ()),
     "stabilizer_isolated": ({}, AIRY),
     "stabilizer_capillary_plugged": ({"area_lost": 0.95}, AIRY),
-    "gas_charge_lost": ({"volume_lost": 0.95}, AIRY),
+    "gas_charge_lost": ({"volume_lost": 0.99}, AIRY),
     "diaphragm_ruptured": ({}, AIRY),
     "stem_stuck": ({"from_in": 3.8, "over_in": 1}, ()),
     "tx_lost": ({"probability": 0.5}, ()),
@@ -54,19 +58,21 @@ class Mistake(Exception):
 
 
 def catalogue(program):
-    """{fault: part} and {fault: its own parameters}"""
+    """{fault: part} and {fault: its own parameters}, of those that have a picture"""
     text = subprocess.run([program, "fault", "list", "--markdown"], capture_output=True, text=True, check=True).stdout
-    parts, own, part = {}, {}, ""
+    parts, own, part, pictured = {}, {}, "", set()
     for line in text.splitlines():
         if match := re.match(r"## On the (.*)", line):
             part = match[1]
         elif match := re.match(r"### (\w+)", line):
             name = match[1]
             parts[name], own[name] = part, set()
+        elif match := re.match(r"!\[(\w+)\]", line):
+            pictured.add(match[1])
         elif match := re.match(r"\| `(\w+)`", line):
             if parts:
                 own[name].add(match[1])
-    return parts, own
+    return {fault: part for fault, part in parts.items() if fault in pictured}, own
 
 
 def scenario(name, part, own):
@@ -136,7 +142,8 @@ def picture(program, name, part, own, output):
         recording.begin_with_the_first_command()
         of_frames = part in ("sensors", "bus", "emulator")
         draw(recording, output / f"{name}.png", panels=("p1_psi", "x3_in") if of_frames else ("x3_in", "p3_psi"),
-             size=(5.2, 2.7), dots=of_frames, window=(0.2, DURATION_S))
+             size=(5.2, 2.7), dots=of_frames, window=(0.2, DURATION_S),
+             as_on_the_bus=part in ("bus", "emulator"))
 
 
 def main():
