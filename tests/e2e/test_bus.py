@@ -24,7 +24,8 @@ from recordings import Recording
 REST_P1_PSI = 30.2632  # steady state at x3 = 4 in (expected.md: 30.26320)
 STEP_P1_PSI = 30.533   # 0.27 psi more
 EVERY_MS = settings(publish__position_ms=1, publish__pressures_ms=1)
-CYCLE_MS = {"SERVO_Position": 10, "SERVO_Pressures": 10, "SERVO_Relay": 100, "SERVO_Status": 100}
+CYCLE_MS = {"SERVO_Position": 10, "SERVO_Pressures": 10, "SERVO_Relay": 100, "SERVO_Bus": 1000,
+            "SERVO_Status": 100}
 
 
 def p1_of(frames):
