@@ -131,13 +131,13 @@ TEST(Contract, P1IsConvertedFromItsUnit) {
   const can::Frame frame = FrameOf(1, false, {0, 0x08, 0x00});  // 2.048 bar
   const auto bar =
       ContractFiles("[can.command]\np1 = \"GOV.P1\"\n" + kQuiet, {dbc}).Bind().Decode(frame, why);
-  EXPECT_NEAR(*bar->p1_psi, 2.048 * kPsiPerBar, 1e-12);
+  EXPECT_NEAR(*bar->p1_psi, 2.048 * kPsiPerBar, 1e-9);
   EXPECT_EQ(why, CommandRejection::kNone);
   const auto kpa =
       ContractFiles("[can.command]\np1 = \"GOV.P1\"\nunit = \"kPa\"\nmay_clip = true\n" + kQuiet, {dbc})
           .Bind()
           .Decode(frame, why);
-  EXPECT_NEAR(*kpa->p1_psi, 0.02048 * kPsiPerBar, 1e-12);
+  EXPECT_NEAR(*kpa->p1_psi, 0.02048 * kPsiPerBar, 1e-9);
 }
 
 TEST(Contract, P1IsScaledFromCurrent) {
