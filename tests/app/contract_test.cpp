@@ -137,7 +137,7 @@ TEST(Contract, P1IsConvertedFromItsUnit) {
       ContractFiles("[can.command]\np1 = \"GOV.P1\"\nunit = \"kPa\"\nmay_clip = true\n" + kQuiet, {dbc})
           .Bind()
           .Decode(frame, why);
-  EXPECT_NEAR(*kpa->p1_psi, 0.02048 * kPsiPerBar, 1e-12);
+  EXPECT_NEAR(*kpa->p1_psi, 0.02048 * kPsiPerBar, 1e-9);
 }
 
 TEST(Contract, P1IsScaledFromCurrent) {
