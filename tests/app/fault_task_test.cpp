@@ -174,8 +174,8 @@ TEST(FaultTask, GoesOnFromASnapshotAsIfItHadNeverEnded) {
   Bench rest(setup);
   rest.task->Restore(snapshot);
   whole.Published();
-  whole.task->Run(2'000);
-  rest.For(2'001);
+  whole.For(2'000);
+  rest.For(1).For(2'000);
   EXPECT_EQ(whole.task->Now().sample.state_hash, rest.task->Now().sample.state_hash);
   EXPECT_EQ(whole.Published().back().measured.values, rest.Published().back().measured.values);
 }
