@@ -23,6 +23,7 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 PICTURES = REPOSITORY / ".github" / "pictures" / "faults"
 REST_PSI, UP_PSI = 30.263, 31.5
 STEPS_S = ((0.0, REST_PSI), (0.3, UP_PSI), (0.6, REST_PSI), (1.3, UP_PSI), (1.6, REST_PSI))
+MOST_LATE_NS = 10_000_000
 FAULT_S, FOR_S, DURATION_S, CYCLE_S = 0.9, 1.0, 2.4, 0.01
 AIRY = ("servo.bulk_modulus_psi = 230000", "oil.air_fraction = 0.02", "stabilizer.enabled = true")
 STABILIZED = ("stabilizer.enabled = true",)
@@ -136,9 +137,20 @@ def record(program, name, part, own, folder):
     return folder / name
 
 
+def recorded(program, name, part, own, folder):
+    """In real time until the machine was not late: that would be another fault's picture."""
+    for attempt in range(10):
+        (folder / str(attempt)).mkdir()
+        recording = Recording(record(program, name, part, own, folder / str(attempt)))
+        late_ns = recording.samples["worst_lateness_ns"][-1] if len(recording.t_s) else 0
+        if recording.attributes["clock"] == "lockstep" or part == "emulator" or late_ns < MOST_LATE_NS:
+            return recording
+    raise Mistake(f"{name}: this machine is too busy for a run in real time")
+
+
 def picture(program, name, part, own, output):
     with tempfile.TemporaryDirectory() as folder:
-        recording = Recording(record(program, name, part, own, Path(folder)))
+        recording = recorded(program, name, part, own, Path(folder))
         recording.begin_with_the_first_command()
         of_frames = part in ("sensors", "bus", "emulator")
         draw(recording, output / f"{name}.png", panels=("p1_psi", "x3_in") if of_frames else ("x3_in", "p3_psi"),
