@@ -177,14 +177,16 @@ FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clo
   context.contract = &setup.contract;
   context.surroundings.unfaulted = &setup.configuration.model;
   context.surroundings.real_time = clock == Clock::kReal;
+  bool filtered = false;
   for (const auto& bus : network.Buses()) {
     const char* why = bus->WhyNoErrorFrames();
     if (why != nullptr) context.surroundings.why_no_error_frames = why;
-    if (bus->Interface().empty() || !context.received.empty()) continue;
-    context.received.push_back(setup.contract.CommandId());
-    if (clock == Clock::kLockstep && lockstep.sync_id >= 0)
-      context.received.push_back(static_cast<std::uint32_t>(lockstep.sync_id));
+    filtered = filtered || !bus->Interface().empty();
   }
+  if (!filtered || setup.configuration.can.emulate_bit_rate_bit_s != 0) return context;
+  context.received = setup.contract.Wanted();
+  if (clock == Clock::kLockstep && lockstep.sync_id >= 0)
+    context.received.push_back({static_cast<std::uint32_t>(lockstep.sync_id), false});
   return context;
 }
 

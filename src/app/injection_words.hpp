@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "servohil/app/contract.hpp"
+#include "servohil/can/bus.hpp"
 #include "servohil/fault/catalogue.hpp"
 #include "servohil/fault/schedule.hpp"
 
@@ -18,8 +19,8 @@ namespace servohil::app {
 struct FaultContext {
   fault::Surroundings surroundings;
   const Contract* contract = nullptr;  ///< null: nothing is published
-  /// Identifiers that a kernel's filter lets through; empty: all.
-  std::vector<std::uint32_t> received = {};
+  /// What a kernel's filter lets through; empty: all.
+  std::vector<can::WantedId> received = {};
 };
 
 /// "fraction" = 0.02, "signal" = "x3", "when" = "x3_in > 5"
