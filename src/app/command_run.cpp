@@ -144,6 +144,8 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   emulator_options.task = TaskOptionsOf(options, configuration.loop);
   emulator_options.clock = options.clock;
   emulator_options.lockstep = configuration.lockstep;
+  emulator_options.command_cycle_ms = configuration.can.command_cycle_ms;
+  emulator_options.safety = Resolved(configuration.safety, configuration.can.command_cycle_ms);
   emulator_options.real_time = options.real_time;
 
   CheckBusLoad(setup.contract, configuration.can);
@@ -190,6 +192,8 @@ int RunFast(const Options& options, const Setup& setup, const std::optional<Snap
   if (options.script.empty() || options.duration_s == 0.0)
     throw UsageError("run: --clock fast needs --script FILE and --duration S");
   TaskOptions task_options = TaskOptionsOf(options, setup.configuration.loop);
+  task_options.safety = LawOf(setup.configuration.safety);
+  task_options.supervised = false;
   const std::vector<Influence> script = ReadP1Script(options.script);
   const RunTexts texts = DescribeConfiguration(setup.configuration);
   const auto recorder = options.recording.Open(texts, setup.contract, "fast", from, {});

@@ -113,6 +113,7 @@ int Simulate(const Options& options) {
   const auto recorder = OpenRecording(options, configuration);
   TaskOptions task_options;
   task_options.duration_ticks = TicksOf(options.duration_s);
+  task_options.supervised = false;
   task_options.recorder = recorder.get();
   const auto task = std::make_unique<SimulationTask>(configuration.model, start, task_options);
 

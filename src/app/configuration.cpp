@@ -90,6 +90,11 @@ class Loader {
     CheckCycle("publish.pressures_ms", config_.publish.pressures_ms);
     CheckCycle("publish.relay_ms", config_.publish.relay_ms);
     CheckCycle("publish.status_ms", config_.publish.status_ms);
+    CheckCycle("publish.safety_ms", config_.publish.safety_ms);
+    if (!(config_.safety.p1_minimum_psi < config_.safety.p1_maximum_psi)) {
+      Fail("safety.p1_minimum_psi", Number(config_.safety.p1_minimum_psi),
+           "must be below safety.p1_maximum_psi = " + Number(config_.safety.p1_maximum_psi));
+    }
     const double dissolution_psi = config_.model.oil.dissolution_pressure_psi;
     if (dissolution_psi > 0.0 && dissolution_psi < 20.0) {
       Fail("oil.dissolution_pressure_psi", Number(dissolution_psi), "must be 0 or at least 20 psi absolute");

@@ -29,10 +29,15 @@ constexpr std::array kStatus = {
     "mode",       "timing_valid",      "model_fault",        "stuck",         "active_faults", "unresolved",
     "late_ticks", "worst_lateness_ms", "recent_lateness_ms", "command_age_ms"};
 
-const std::array<MessageSpecification, 4> kSpecifications = {{
+constexpr std::array kSafety = {"safety_state",   "safety_cause",     "rejected_frames",
+                                "command_losses", "corrupted_frames", "frames_out_of_sequence",
+                                "lost_frames",    "stale_frames"};
+
+const std::array<MessageSpecification, 5> kSpecifications = {{
     {"SERVO_Position", kPosition, &PublishSettings::position_ms},
     {"SERVO_Pressures", kPressures, &PublishSettings::pressures_ms},
     {"SERVO_Relay", kRelay, &PublishSettings::relay_ms},
+    {"SERVO_Safety", kSafety, &PublishSettings::safety_ms},
     {"SERVO_Status", kStatus, &PublishSettings::status_ms},
 }};
 
@@ -106,7 +111,9 @@ std::optional<Command> Contract::DecodeCommand(const can::Frame& frame,
     rejection = CommandRejection::kOutOfRange;
     return std::nullopt;
   }
-  return Command{p1_psi};
+  Command command;
+  command.p1_psi = p1_psi;
+  return command;
 }
 
 can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry) const noexcept {

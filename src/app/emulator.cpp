@@ -13,6 +13,7 @@ namespace servohil::app {
 namespace {
 
 constexpr int kTicksPerMs = 10;
+constexpr std::int64_t kNsPerMs = 1'000'000;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.
 constexpr std::int64_t kSenderDelayNs = 50'000;
@@ -24,6 +25,8 @@ constexpr int kLookForRequestsMs = 2;  ///< in lockstep, where no tick does
 /// In lockstep each answer has every message, whatever its cycle.
 TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contract) {
   TaskOptions task = options.task;
+  task.safety = LawOf(options.safety);
+  if (options.clock == Clock::kReal) task.max_age_ns = options.safety.max_age_ms * kNsPerMs;
   if (options.clock == Clock::kReal) task.cycle_ticks = contract.Cycles();
   task.tell_lateness = contract.MessagesCarrying("recent_lateness_ms");
   return task;
@@ -36,7 +39,9 @@ Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState
     : network_(network),
       options_(options),
       task_(std::make_unique<SimulationTask>(parameters, start, TaskOptionsOf(options, contract))),
-      receiver_(std::make_unique<Receiver>(contract, *task_, options.task.recorder)),
+      receiver_(std::make_unique<Receiver>(
+          contract, CommandGuard(options.safety, options.command_cycle_ms), *task_, options.task.recorder,
+          options.clock == Clock::kReal ? FrameClock::kReal : FrameClock::kSimulated)),
       sender_(std::make_unique<Sender>(contract, *task_, network, options.task.recorder)),
       loop_(options.task.loop.wake_ticks * kTickNs,
             static_cast<std::uint64_t>(options.task.loop.grace_ms * kTicksPerMs /
@@ -152,16 +157,17 @@ void Emulator::RunLockstep() {
     const std::optional<can::Frame> frame = network_.Receive(kLookForRequestsMs);
     task_->ServeRequests();
     if (!frame) continue;
-    const bool is_command = receiver_->Take(*frame);
-    if (!LetsTimePass(*frame, is_command)) continue;
-    goes_on = task_->Run(options_.lockstep.ticks);
+    const std::optional<FrameVerdict> verdict = receiver_->Take(*frame);
+    const bool by_command = options_.lockstep.sync_id < 0;
+    if (by_command ? !verdict : !IsSync(*frame)) continue;
+    // A valid command is never late: time waits for it. A cycle without one is silence.
+    goes_on = task_->Run(options_.lockstep.ticks, !by_command || *verdict != FrameVerdict::kValid);
     sender_->SendAll(task_->Now(), stop_);
   }
   Finish();
 }
 
-bool Emulator::LetsTimePass(const can::Frame& frame, bool is_command) const noexcept {
-  if (options_.lockstep.sync_id < 0) return is_command;
+bool Emulator::IsSync(const can::Frame& frame) const noexcept {
   return !frame.extended && !frame.remote &&
          frame.id == static_cast<std::uint32_t>(options_.lockstep.sync_id);
 }

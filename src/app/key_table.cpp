@@ -184,6 +184,29 @@ constexpr std::array kKeys = std::to_array<Key>({
      "whether faults may be injected: \"yes\", \"no\", \"auto\": where no bus is physical",
      +[](C& c) -> Armed& { return c.fault.armed; }},
 
+    {"safety.timeout_ms", "ms", -1.0, 60'000.0,
+     "without a valid command; then safety.on_loss; 0: never; -1: three times can.command_cycle_ms",
+     +[](C& c) -> int& { return c.safety.timeout_ms; }},
+    {"safety.on_loss", "", 0.0, 0.0,
+     "lost or not enabled: \"drain\" (P1 falls to 0), \"hold\" (P1 stays) or \"freeze\" (the state stays)",
+     +[](C& c) -> OnLoss& { return c.safety.on_loss; }},
+    {"safety.drain_time_constant_s", "s", 0.0, 60.0, "of P1 when the command is lost; 0: at once",
+     +[](C& c) -> double& { return c.safety.drain_time_constant_s; }},
+    {"safety.trip_time_constant_s", "s", 0.0, 60.0, "of P1 after a trip; 0: at once",
+     +[](C& c) -> double& { return c.safety.trip_time_constant_s; }},
+    {"safety.recover_after", "frames", 1.0, 1000.0,
+     "valid ones in a row, until the command is followed again",
+     +[](C& c) -> int& { return c.safety.recover_after; }},
+    {"safety.max_age_ms", "ms", 0.0, 60'000.0, "of a command frame when it is read, else discarded; 0: any",
+     +[](C& c) -> int& { return c.safety.max_age_ms; }},
+    {"safety.p1_minimum_psi", "psi", 0.0, 1000.0, "below it a command frame is not valid",
+     +[](C& c) -> double& { return c.safety.p1_minimum_psi; }},
+    {"safety.p1_maximum_psi", "psi", 0.0, 1000.0, "above it a command frame is not valid",
+     +[](C& c) -> double& { return c.safety.p1_maximum_psi; }},
+    {"safety.p1_rate_psi_s", "psi/s", 0.0, 1e6,
+     "faster a command frame is not valid, over at least one cycle time; 0: any",
+     +[](C& c) -> double& { return c.safety.p1_rate_psi_s; }},
+
     {"can.dbc", "", 0.0, 0.0, "DBC file: the contract with the governor",
      +[](C& c) -> std::string& { return c.can.dbc; }},
     {"can.buses", "", 0.0, 0.0, "bus URLs; \"auto\": the first of can.interfaces, else slcan:pty",
@@ -203,6 +226,8 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> int& { return c.publish.relay_ms; }},
     {"publish.status_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Status; 0: not sent",
      +[](C& c) -> int& { return c.publish.status_ms; }},
+    {"publish.safety_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Safety; 0: not sent",
+     +[](C& c) -> int& { return c.publish.safety_ms; }},
 });
 
 /// A value as it would stand in the file.

@@ -1,39 +1,37 @@
 #include "servohil/app/receiver.hpp"
 
+#include <algorithm>
+
+#include "servohil/app/ticks.hpp"
 #include "servohil/rt/clock.hpp"
 
 namespace servohil::app {
-namespace {
 
-/// A kernel's receive stamp on the clock of the loop; 0 where there is none.
-std::int64_t ArrivalNs(const can::Frame& frame) noexcept {
-  if (frame.receive_time_ns == 0) return 0;
-  return rt::MonotonicNs() - (rt::RealTimeNs() - frame.receive_time_ns);
+/// A frame without a receive stamp is as young as it is read.
+FrameTime Receiver::TimeOf(const can::Frame& frame) const noexcept {
+  if (clock_ == FrameClock::kSimulated)
+    return {static_cast<std::int64_t>(task_.Now().sample.tick) * kTickNs, 0};
+  const std::int64_t age_ns =
+      frame.receive_time_ns == 0 ? 0 : std::max<std::int64_t>(0, rt::RealTimeNs() - frame.receive_time_ns);
+  return {rt::MonotonicNs() - age_ns, age_ns};
 }
 
-}  // namespace
-
-bool Receiver::Take(const can::Frame& frame) noexcept {
+std::optional<FrameVerdict> Receiver::Take(const can::Frame& frame) noexcept {
   if (recorder_ != nullptr) recorder_->RecordReceived(frame, frame.bus);
-  CommandRejection rejection{};
-  if (std::optional<Command> command = contract_.DecodeCommand(frame, rejection)) {
-    command->arrival_ns = ArrivalNs(frame);
-    task_.PutCommand(*command);
-    ++counters_.commands;
-    return true;
+  CommandRejection why{};
+  std::optional<Command> command = contract_.DecodeCommand(frame, why);
+  if (!command && why == CommandRejection::kUnknownId) {
+    ++counters_.foreign;
+    return std::nullopt;
   }
-  switch (rejection) {
-    case CommandRejection::kUnknownId:
-      ++counters_.foreign;
-      break;
-    case CommandRejection::kMalformed:
-      ++counters_.malformed;
-      break;
-    case CommandRejection::kOutOfRange:
-      ++counters_.out_of_range;
-      break;
-  }
-  return false;
+  const FrameTime time = TimeOf(frame);
+  if (command && clock_ == FrameClock::kReal && frame.receive_time_ns != 0)
+    command->arrival_ns = time.time_ns;
+  const FrameVerdict verdict = guard_.Judge(frame, command, why, time);
+  task_.PutCommand(guard_.Newest());
+  ++counters_.of[static_cast<std::size_t>(verdict)];
+  counters_.lost = guard_.Newest().counts.lost;
+  return verdict;
 }
 
 }  // namespace servohil::app

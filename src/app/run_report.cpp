@@ -56,6 +56,16 @@ std::string TimingSummary(const Emulator& emulator, const EmulatorOptions& optio
   return text;
 }
 
+std::string SafetySummary(const ReceiveCounters& in, const Status& end) {
+  using V = FrameVerdict;
+  std::string text = Formatted("safety   %s (%s), %llu times lost, %llu trips; refused:", NameOf(end.safety),
+                               NameOf(end.safety_cause), Count{end.losses}, Count{end.trips});
+  for (const V verdict :
+       {V::kCorrupted, V::kRepeated, V::kStuck, V::kReordered, V::kJumped, V::kStale, V::kTooFast})
+    text += Formatted(" %llu %s,", Count{in.Of(verdict)}, NameOf(verdict));
+  return text + Formatted(" %llu never came\n", Count{in.lost.load()});
+}
+
 }  // namespace
 
 const char* NameOf(Mode mode) {
@@ -68,6 +78,10 @@ const char* NameOf(Mode mode) {
       return "MODEL_FAULT";
     case Mode::kFrozen:
       return "FROZEN";
+    case Mode::kDegraded:
+      return "DEGRADED";
+    case Mode::kTripped:
+      return "TRIPPED";
     default:
       return "STOPPED";
   }
@@ -113,7 +127,9 @@ std::string Summary(const Emulator& emulator, const can::Network& network, const
   std::string text = SimulationSummary(emulator.Final());
   if (options.clock == Clock::kReal) text += TimingSummary(emulator, options);
   text += Formatted("in       %llu commands, %llu of other ids, %llu malformed, %llu out of range\n",
-                    count(in.commands), count(in.foreign), count(in.malformed), count(in.out_of_range));
+                    Count{in.Of(FrameVerdict::kValid)}, count(in.foreign),
+                    Count{in.Of(FrameVerdict::kMalformed)}, Count{in.Of(FrameVerdict::kOutOfRange)});
+  text += SafetySummary(in, emulator.Final().status);
   text += Formatted("out      %llu published, %llu not sent, %llu superseded, %llu lost in the program\n",
                     count(out.published), count(out.not_sent), count(out.superseded),
                     Count{emulator.TelemetryDropped()});

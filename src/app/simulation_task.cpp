@@ -9,7 +9,7 @@ namespace servohil::app {
 
 SimulationTask::SimulationTask(const model::Parameters& parameters, const model::SteadyState& start,
                                TaskOptions options)
-    : simulation_(parameters, start), options_(std::move(options)) {
+    : simulation_(parameters, start), options_(std::move(options)), supervisor_(options_.safety) {
   now_.sample = simulation_.Now();
   now_.outputs = simulation_.Outputs();
 }
@@ -17,10 +17,11 @@ SimulationTask::SimulationTask(const model::Parameters& parameters, const model:
 void SimulationTask::Restore(const Snapshot& snapshot) noexcept {
   simulation_.Restore(snapshot.sample, snapshot.faults);
   faults_.Put(snapshot.faults);
-  command_ = snapshot.command;
+  supervisor_.Restore(snapshot.safety);
   command_tick_ = snapshot.command_tick;
   now_.sample = snapshot.sample;
   now_.status.commanded = snapshot.commanded;
+  TakeStatus();
   first_tick_ = snapshot.sample.tick;
 }
 
@@ -29,10 +30,10 @@ bool SimulationTask::GoesOn() const noexcept {
          now_.sample.tick - first_tick_ + frozen_ticks_ < options_.duration_ticks;
 }
 
-bool SimulationTask::Run(int ticks) noexcept {
+bool SimulationTask::Run(int ticks, bool silence_counts) noexcept {
   bool goes_on = GoesOn();
   for (int i = 0; i < ticks && goes_on; ++i) {
-    Tick();
+    Tick(silence_counts);
     Publish(now_.sample.tick);
     TakeDueSnapshots();
     goes_on = GoesOn();
@@ -50,7 +51,9 @@ bool SimulationTask::Wake(const rt::LoopTiming& timing) noexcept {
     return false;
   }
   const bool freezes = overrun && options_.loop.overrun == Overrun::kFreeze;
-  return freezes || now_.status.mode == Mode::kFrozen ? StandStill() : Run(options_.loop.wake_ticks);
+  if (freezes || now_.status.mode == Mode::kFrozen) return StandStill();
+  // Late itself, the emulator cannot know whether the governor is: what it missed waits to be read.
+  return Run(options_.loop.wake_ticks, timing.behind == 0);
 }
 
 /// More is to be caught up than the limit allows; each time is counted once.
@@ -87,33 +90,85 @@ bool SimulationTask::StandStill() noexcept {
 void SimulationTask::TakeCommand() noexcept {
   Command command;
   if (!commands_.Take(command)) return;
-  if (command.arrival_ns != 0) arrival_to_tick_.Record(rt::MonotonicNs() - command.arrival_ns);
-  SetCommand(command);
+  now_.status.frames = command.counts;
+  const std::int64_t age_ns = command.arrival_ns != 0 ? rt::MonotonicNs() - command.arrival_ns : 0;
+  const bool fresh_enough = options_.max_age_ns == 0 || age_ns <= options_.max_age_ns;
+  if (!supervisor_.Hear(command, fresh_enough)) return;
+  if (command.arrival_ns != 0) arrival_to_tick_.Record(age_ns);
+  now_.status.command_arrival_ns = command.arrival_ns;
+  FollowGovernor(command.p1_psi);
 }
 
-void SimulationTask::SetCommand(const Command& command) noexcept {
-  command_ = command;
+void SimulationTask::FollowGovernor(double p1_psi) noexcept {
+  supervisor_.SetDemand(p1_psi);
   command_tick_ = now_.sample.tick;
   now_.status.commanded = true;
-  now_.status.command_arrival_ns = command.arrival_ns;
-  if (options_.recorder == nullptr) return;
-  Influence influence{.tick = command_tick_ + 1};
-  influence.request.kind = Request::Kind::kCommand;
-  influence.request.p1_psi = command.p1_psi;
-  options_.recorder->RecordInfluence(influence);
+  Request request;
+  request.kind = Request::Kind::kGovernor;
+  request.p1_psi = p1_psi;
+  Record(request);
 }
 
-void SimulationTask::Tick() noexcept {
+bool SimulationTask::FollowLocal(double p1_psi) noexcept {
+  const SafetyState from = supervisor_.Now().state;
+  if (!supervisor_.TakeLocal(p1_psi)) return false;
+  TellSafetyChange(from, now_.sample.tick + 1);
+  command_tick_ = now_.sample.tick;
+  now_.status.commanded = true;
+  now_.status.command_arrival_ns = 0;
+  return true;
+}
+
+void SimulationTask::ChangeSafety(const Supervisor::Decision& decision) noexcept {
+  const SafetyState from = supervisor_.Now().state;
+  supervisor_.Change(decision);
+  TellSafetyChange(from, now_.sample.tick + 1);
+  Request request;
+  request.kind = Request::Kind::kSafety;
+  request.safety = decision.to;
+  request.safety_cause = decision.cause;
+  Record(request);
+}
+
+void SimulationTask::TellSafetyChange(SafetyState from, std::uint64_t tick) noexcept {
+  const SupervisorState& now = supervisor_.Now();
+  if (now.state != from) safety_changes_.TryPush({tick, from, now.state, now.cause});
+}
+
+/// With effect from the next tick on.
+void SimulationTask::Record(const Request& request) noexcept {
+  if (options_.recorder != nullptr) options_.recorder->RecordInfluence({now_.sample.tick + 1, request});
+}
+
+void SimulationTask::Tick(bool silence_counts) noexcept {
   ServeRequests();
-  TakeCommand();
+  if (options_.supervised) {
+    TakeCommand();
+    if (const auto decision = supervisor_.Decide(silence_counts)) ChangeSafety(*decision);
+  }
+  const double p1_psi = supervisor_.P1(now_.sample.p1_psi);
+  now_.sample = supervisor_.Rests() ? simulation_.Rest() : simulation_.Tick(p1_psi);
+  const SafetyState from = supervisor_.Now().state;
+  if (now_.sample.model_fault && from != SafetyState::kFaulted) {
+    supervisor_.Change({SafetyState::kFaulted, SafetyCause::kModelFault});  // so does a replay: not recorded
+    TellSafetyChange(from, now_.sample.tick);
+  }
+  TakeStatus();
+  if (options_.recorder != nullptr) options_.recorder->RecordTick(now_);
+}
+
+void SimulationTask::TakeStatus() noexcept {
+  constexpr Mode kModes[] = {Mode::kWaiting, Mode::kRunning, Mode::kDegraded, Mode::kTripped,
+                             Mode::kModelFault};
+  const SupervisorState& safety = supervisor_.Now();
   Status& status = now_.status;
-  now_.sample = status.commanded ? simulation_.Tick(command_.p1_psi) : simulation_.Rest();
   status.command_age_ticks = now_.sample.tick - command_tick_;
   status.active_faults = simulation_.Faults().CountActive(now_.sample.tick);
-  status.mode = now_.sample.model_fault ? Mode::kModelFault
-                : status.commanded      ? Mode::kRunning
-                                        : Mode::kWaiting;
-  if (options_.recorder != nullptr) options_.recorder->RecordTick(now_);
+  status.safety = safety.state;
+  status.safety_cause = safety.cause;
+  status.losses = safety.losses;
+  status.trips = safety.trips;
+  status.mode = kModes[static_cast<std::size_t>(safety.state)];
 }
 
 void SimulationTask::Publish(std::uint64_t tick) noexcept {
@@ -137,7 +192,8 @@ void SimulationTask::TakeDueSnapshots() noexcept {
 }
 
 void SimulationTask::TakeSnapshot() noexcept {
-  snapshots_.TryPush({now_.sample, command_, now_.status.commanded, command_tick_, simulation_.Faults()});
+  snapshots_.TryPush(
+      {now_.sample, supervisor_.Now(), now_.status.commanded, command_tick_, simulation_.Faults()});
 }
 
 void SimulationTask::ServeRequests() noexcept {
@@ -170,7 +226,13 @@ void SimulationTask::Serve(const Request& request) noexcept {
       faults.ClearAll();
       break;
     case Request::Kind::kCommand:
-      SetCommand({request.p1_psi});
+      if (!FollowLocal(request.p1_psi)) answer.result = Answer::Result::kNotFollowed;
+      break;
+    case Request::Kind::kGovernor:
+      FollowGovernor(request.p1_psi);
+      break;
+    case Request::Kind::kSafety:
+      ChangeSafety({request.safety, request.safety_cause});
       break;
     case Request::Kind::kSnapshot:
       answer.tick = now_.sample.tick;
@@ -179,9 +241,12 @@ void SimulationTask::Serve(const Request& request) noexcept {
   }
   faults_.Put(faults);
   answers_.TryPush(answer);
-  const bool is_influence = request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
-                            request.kind == Request::Kind::kClearAll;
-  if (is_influence && options_.recorder != nullptr) options_.recorder->RecordInfluence({next_tick, request});
+  // The governor's and the supervision's record themselves.
+  const bool is_influence =
+      request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
+      request.kind == Request::Kind::kClearAll ||
+      (request.kind == Request::Kind::kCommand && answer.result == Answer::Result::kApplied);
+  if (is_influence) Record(request);
 }
 
 }  // namespace servohil::app

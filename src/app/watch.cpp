@@ -39,6 +39,7 @@ void Watch::Run(const StopSignals& signals) {
     ended = Wait(signals);
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
+    LogSafetyChanges();
     if (control_ != nullptr) control_->Serve(now_);
     snapshots_.WriteAllOrTell(emulator_);
     if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
@@ -79,6 +80,22 @@ void Watch::LogWhatWentWrong() {
     timing_valid_ = false;
     spdlog::warn("late ticks before tick {}: the run is INVALID", now_.sample.tick);
   }
+}
+
+void Watch::LogSafetyChanges() {
+  SafetyChange change;
+  while (emulator_.TryPopSafetyChange(change)) {
+    const bool well = change.to == SafetyState::kRunning;
+    spdlog::log(well ? spdlog::level::info : spdlog::level::warn,
+                "command: {} from tick {} on, {} before: {}{}", NameOf(change.to), change.tick,
+                NameOf(change.from), NameOf(change.cause),
+                change.to == SafetyState::kDegraded ? OnLossText() : "");
+  }
+}
+
+std::string Watch::OnLossText() const {
+  const OnLoss on_loss = options_.safety.on_loss;
+  return std::string("; safety.on_loss = \"") + NamesOf(on_loss)[static_cast<std::size_t>(on_loss)] + '"';
 }
 
 /// The run goes on without; at its end it is an error.

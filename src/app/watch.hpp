@@ -28,6 +28,8 @@ class Watch {
   /// @return whether one asked for the end
   bool TakeSignals(const StopSignals& signals);
   void LogWhatWentWrong();
+  void LogSafetyChanges();
+  std::string OnLossText() const;
   void WriteStatisticsSoFar();
   void TellEachSecond();
 

@@ -11,7 +11,7 @@ namespace {
 
 std::string ErrorOf(const std::string& dbc) {
   try {
-    const Contract contract(can::ParseDbc(dbc, "test.dbc"), PublishSettings{0, 0, 0, 0});
+    const Contract contract(can::ParseDbc(dbc, "test.dbc"), PublishSettings{0, 0, 0, 0, 0});
   } catch (const UsageError& error) {
     return error.what();
   }

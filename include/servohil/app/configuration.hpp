@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "servohil/app/safety_settings.hpp"
 #include "servohil/model/parameters.hpp"
 
 namespace servohil::app {
@@ -51,6 +52,7 @@ struct PublishSettings {
   int pressures_ms = 10;
   int relay_ms = 100;
   int status_ms = 100;
+  int safety_ms = 100;
 };
 
 struct Configuration {
@@ -61,16 +63,18 @@ struct Configuration {
   LoopSettings loop;
   LockstepSettings lockstep;
   FaultSettings fault;
+  SafetySettings safety;
   CanSettings can;
   PublishSettings publish;
 };
 
 /// Where a key's value lives in a Configuration.
-using Place = std::variant<double& (*)(Configuration&), int& (*)(Configuration&), bool& (*)(Configuration&),
-                           std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
-                           model::Physics& (*)(Configuration&), model::OilName& (*)(Configuration&),
-                           model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&),
-                           Overrun& (*)(Configuration&), Armed& (*)(Configuration&)>;
+using Place =
+    std::variant<double& (*)(Configuration&), int& (*)(Configuration&), bool& (*)(Configuration&),
+                 std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
+                 model::Physics& (*)(Configuration&), model::OilName& (*)(Configuration&),
+                 model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&),
+                 Overrun& (*)(Configuration&), Armed& (*)(Configuration&), OnLoss& (*)(Configuration&)>;
 
 struct Key {
   const char* name;  ///< "servo.underlap_in"

@@ -40,6 +40,8 @@ struct EmulatorOptions {
   TaskOptions task;
   Clock clock = Clock::kReal;  ///< kReal or kLockstep
   LockstepSettings lockstep;
+  SafetySettings safety;                   ///< Resolved()
+  int command_cycle_ms = 10;               ///< of the governor
   RealTime real_time = RealTime::kPrefer;  ///< of no importance in lockstep
 };
 
@@ -68,6 +70,7 @@ class Emulator {
   bool PutRequest(const Request& request) noexcept { return task_->PutRequest(request); }
   bool TryPopAnswer(Answer& answer) noexcept { return task_->TryPopAnswer(answer); }
   bool TakeFaults(fault::Schedule& faults) noexcept { return task_->TakeFaults(faults); }
+  bool TryPopSafetyChange(SafetyChange& change) noexcept { return task_->TryPopSafetyChange(change); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
   const SendCounters& Sent() const noexcept { return sender_->Counters(); }
@@ -90,7 +93,7 @@ class Emulator {
   void RunReceiver();
   void RunSender();
   void RunLockstep();
-  bool LetsTimePass(const can::Frame& frame, bool is_command) const noexcept;
+  bool IsSync(const can::Frame& frame) const noexcept;
   /// Sets up the calling thread, then waits for the start.
   void BeReady(const char* name, int priority, int cpu);
   void Finish() noexcept;

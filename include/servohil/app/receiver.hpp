@@ -1,9 +1,12 @@
 #pragma once
-/// Frames in: what each is, counted; commands go to the simulation.
+/// Frames in: what each is, counted; what the commands say goes to the simulation.
 
+#include <array>
 #include <atomic>
 #include <cstdint>
+#include <optional>
 
+#include "servohil/app/command_guard.hpp"
 #include "servohil/app/contract.hpp"
 #include "servohil/app/recording/recorder.hpp"
 #include "servohil/app/simulation_task.hpp"
@@ -11,31 +14,41 @@
 
 namespace servohil::app {
 
-/// Frames received, and why some did not count; totals since the start.
+/// Frames received; totals since the start.
 struct ReceiveCounters {
-  std::atomic<std::uint64_t> commands{0};
-  std::atomic<std::uint64_t> foreign{0};
-  std::atomic<std::uint64_t> malformed{0};
-  std::atomic<std::uint64_t> out_of_range{0};
+  std::atomic<std::uint64_t> foreign{0};                        ///< of other identifiers
+  std::array<std::atomic<std::uint64_t>, kFrameVerdicts> of{};  ///< with the command's, by verdict
+  std::atomic<std::uint64_t> lost{0};  ///< missing between those, as their counter tells
+
+  std::uint64_t Of(FrameVerdict verdict) const noexcept { return of[static_cast<std::size_t>(verdict)]; }
 };
+
+/// Whose time a frame's age and its distance from the one before are measured in.
+enum class FrameClock : std::uint8_t { kReal, kSimulated };
 
 /// One thread.
 class Receiver {
  public:
-  /// All must outlive it; `recorder` may be null.
-  Receiver(const Contract& contract, SimulationTask& task, Recorder* recorder) noexcept
-      : contract_(contract), task_(task), recorder_(recorder) {}
+  /// All must outlive it; `recorder` may be null. @param clock  kSimulated: of the ticks so far, no frame
+  /// ages; Take() is then called by the thread that runs the ticks
+  Receiver(const Contract& contract, const CommandGuard& guard, SimulationTask& task, Recorder* recorder,
+           FrameClock clock) noexcept
+      : contract_(contract), guard_(guard), task_(task), recorder_(recorder), clock_(clock) {}
 
-  /// @return whether it was a valid command
-  bool Take(const can::Frame& frame) noexcept;
+  /// What became of it as a command; empty: it has another identifier.
+  std::optional<FrameVerdict> Take(const can::Frame& frame) noexcept;
 
   /// Any thread.
   const ReceiveCounters& Counters() const noexcept { return counters_; }
 
  private:
+  FrameTime TimeOf(const can::Frame& frame) const noexcept;
+
   const Contract& contract_;
+  CommandGuard guard_;
   SimulationTask& task_;
   Recorder* recorder_;
+  FrameClock clock_;
   ReceiveCounters counters_;
 };
 

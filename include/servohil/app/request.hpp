@@ -3,23 +3,34 @@
 
 #include <cstdint>
 
+#include "servohil/app/safety.hpp"
 #include "servohil/fault/schedule.hpp"
 
 namespace servohil::app {
 
 /// What somebody asks of a running simulation. Checked already: names, ranges, what the model supports.
 struct Request {
-  enum class Kind : std::uint8_t { kInject = 0, kClear = 1, kClearAll = 2, kCommand = 3, kSnapshot = 4 };
+  enum class Kind : std::uint8_t {
+    kInject = 0,
+    kClear = 1,
+    kClearAll = 2,
+    kCommand = 3,  ///< P1 set locally
+    kSnapshot = 4,
+    kGovernor = 5,  ///< recordings: a valid command frame
+    kSafety = 6,    ///< recordings: the supervision came to another state
+  };
 
   std::uint64_t number = 0;  ///< whoever asks gets it back
   Kind kind = Kind::kInject;
-  fault::Injection injection{};  ///< kInject: start_tick 0 is now; kClear: its id
-  double p1_psi = 0.0;           ///< kCommand
+  fault::Injection injection{};                   ///< kInject: start_tick 0 is now; kClear: its id
+  double p1_psi = 0.0;                            ///< kCommand, kGovernor
+  SafetyState safety = SafetyState::kWaiting;     ///< kSafety
+  SafetyCause safety_cause = SafetyCause::kNone;  ///< kSafety
 };
 
 /// The simulation's answer.
 struct Answer {
-  enum class Result : std::uint8_t { kApplied, kNoRoom, kNoSuchFault, kFrozen };
+  enum class Result : std::uint8_t { kApplied, kNoRoom, kNoSuchFault, kFrozen, kNotFollowed };
 
   std::uint64_t number = 0;
   Result result = Result::kApplied;

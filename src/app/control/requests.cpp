@@ -171,9 +171,23 @@ Json ToJson(const Answer& answer) {
       return Rejected("this fault is not injected");
     case Answer::Result::kFrozen:
       return Rejected("simulated time is frozen (loop.overrun = \"freeze\"): nothing acts any more");
+    case Answer::Result::kNotFollowed:
+      return Rejected("P1 is not followed: tripped, or the model has left its domain");
     default:
       return {{"result", "APPLIED"}, {"tick", answer.tick}};
   }
+}
+
+/// States, causes and what became of the frames with the command's identifier.
+Json SafetyToJson(const Status& status) {
+  Json frames = Json::object();
+  for (std::size_t i = 0; i < kFrameVerdicts; ++i) frames[kFrameVerdictNames[i]] = status.frames.of[i];
+  frames["lost"] = status.frames.lost;
+  return {{"state", NameOf(status.safety)},
+          {"cause", NameOf(status.safety_cause)},
+          {"losses", status.losses},
+          {"trips", status.trips},
+          {"frames", frames}};
 }
 
 Json StatusToJson(const Telemetry& now) {
@@ -195,6 +209,7 @@ Json StatusToJson(const Telemetry& now) {
           {"stuck", s.state.mode.PistonRests()},
           {"model_fault", s.model_fault},
           {"active_faults", now.status.active_faults},
+          {"safety", SafetyToJson(now.status)},
           {"command_age_s", SecondsOf(now.status.command_age_ticks)}};
 }
 

@@ -1,6 +1,7 @@
 #include "servohil/app/recording/reader.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <sstream>
 #include <type_traits>
 #include <variant>
@@ -27,9 +28,10 @@ hdf5::Id OpenFile(const std::string& name) {
   if (!hdf5::HasAttribute(*file, attribute::kFormat))
     throw UsageError(name + ": is no recording of servohil");
   const std::uint64_t format = hdf5::ReadNumber(*file, attribute::kFormat, name);
-  if (format != kRecordingFormat) {
+  if (format < kOldestRecordingFormat || format > kRecordingFormat) {
     throw UsageError(name + ": is a recording of format " + std::to_string(format) + ", expected " +
-                     std::to_string(kRecordingFormat) + ": replay it with the version that wrote it");
+                     std::to_string(kOldestRecordingFormat) + " to " + std::to_string(kRecordingFormat) +
+                     ": replay it with the version that wrote it");
   }
   return file;
 }
@@ -164,10 +166,15 @@ struct RecordingReader::Contents {
         name(file_path.string()),
         file(OpenFile(name)),
         attributes(ReadAttributes(*file, name)) {
-    for (const SampleColumn& column : SampleColumns())
-      samples.emplace_back(*file, std::string("samples/") + column.name, name);
-    sample_count = samples.front().Rows();
-    for (const Column& column : samples) sample_count = std::min(sample_count, column.Rows());
+    for (const SampleColumn& column : SampleColumns()) {
+      const std::string path_in_file = std::string("samples/") + column.name;
+      auto& place = samples.emplace_back();
+      if (column.required || Has(path_in_file)) place.emplace(*file, path_in_file, name);
+    }
+    sample_count = samples.front()->Rows();
+    for (const auto& column : samples) {
+      if (column) sample_count = std::min(sample_count, column->Rows());
+    }
     if (hdf5::HasAttribute(*file, attribute::kComplete)) {
       complete = hdf5::ReadNumber(*file, attribute::kComplete, name) != 0;
     }
@@ -178,12 +185,14 @@ struct RecordingReader::Contents {
   }
 
   Column Open(const char* column) const { return {*file, column, name}; }
+  /// @pre its group is there
+  bool Has(const std::string& column) const { return H5Lexists(*file, column.c_str(), H5P_DEFAULT) > 0; }
 
   std::filesystem::path file_path;
   std::string name;
   hdf5::Id file;
   RecordingAttributes attributes;
-  std::vector<Column> samples;  ///< in the order of SampleColumns()
+  std::vector<std::optional<Column>> samples;  ///< in the order of SampleColumns()
   std::uint64_t sample_count = 0;
   std::optional<RecordingEnd> end;
   bool complete = false;
@@ -212,6 +221,10 @@ std::uint64_t RecordingReader::SampleCount() const noexcept {
   return contents_->sample_count;
 }
 
+bool RecordingReader::HasColumn(std::size_t column) const noexcept {
+  return contents_->samples[column].has_value();
+}
+
 std::size_t RecordingReader::ReadSamples(std::uint64_t first, std::span<Telemetry> samples) const {
   if (first >= contents_->sample_count) return 0;
   const auto count =
@@ -222,7 +235,8 @@ std::size_t RecordingReader::ReadSamples(std::uint64_t first, std::span<Telemetr
         [&](auto place) {
           using Value = std::remove_reference_t<decltype(place(samples[0]))>;
           std::vector<Stored<Value>> values(count);
-          contents_->samples[i].Read(first, values);
+          if (!contents_->samples[i]) return;
+          contents_->samples[i]->Read(first, values);
           for (std::size_t row = 0; row < count; ++row) place(samples[row]) = static_cast<Value>(values[row]);
         },
         columns[i].place);
@@ -254,6 +268,11 @@ std::vector<Influence> RecordingReader::Influences() const {
   fill("start_tick", U64{}, [](Influence& i, U64 v) { i.request.injection.start_tick = v; });
   fill("ramp_ticks", U64{}, [](Influence& i, U64 v) { i.request.injection.ramp_ticks = v; });
   fill("for_ticks", U64{}, [](Influence& i, U64 v) { i.request.injection.for_ticks = v; });
+  if (contents_->Has(group + "safety_cause")) {  // since format 2
+    fill("safety_state", U8{}, [](Influence& i, U8 v) { i.request.safety = static_cast<SafetyState>(v); });
+    fill("safety_cause", U8{},
+         [](Influence& i, U8 v) { i.request.safety_cause = static_cast<SafetyCause>(v); });
+  }
   return influences;
 }
 

@@ -118,7 +118,10 @@ std::vector<TableColumn> InfluenceColumns() {
   using Type = TableColumn::Type;
   std::vector<TableColumn> columns{
       TickColumn("the first that feels it"),
-      {"kind", "", "0 fault injected, 1 fault cleared, 2 all faults cleared, 3 command", Type::kByte},
+      {"kind", "",
+       "0 fault injected, 1 fault cleared, 2 all faults cleared, 3 P1 set locally, 5 command frame, "
+       "6 supervision",
+       Type::kByte},
       {"p1_psi", "psi", "command: control pressure demanded"},
       {"fault", "", "its number in the catalogue; `servohil fault list` has them", Type::kByte}};
   for (std::size_t i = 0; i < fault::kMostParameters; ++i)
@@ -126,6 +129,8 @@ std::vector<TableColumn> InfluenceColumns() {
   columns.push_back({"start_tick", "0.1 ms", "fault: from then on", Type::kUnsigned64});
   columns.push_back({"ramp_ticks", "0.1 ms", "fault: in, and out again", Type::kUnsigned64});
   columns.push_back({"for_ticks", "0.1 ms", "fault: 0: until cleared", Type::kUnsigned64});
+  columns.push_back({"safety_state", "", "supervision: the state it came to", Type::kByte});
+  columns.push_back({"safety_cause", "", "supervision: why", Type::kByte});
   return columns;
 }
 
@@ -189,6 +194,8 @@ void RecordingFile::Add(const Influence& influence, std::int64_t now_ns) {
   influences_->Put(column++, injection.start_tick);
   influences_->Put(column++, injection.ramp_ticks);
   influences_->Put(column++, injection.for_ticks);
+  influences_->Put(column++, static_cast<std::uint8_t>(request.safety));
+  influences_->Put(column++, static_cast<std::uint8_t>(request.safety_cause));
   EndRow(*influences_, now_ns);
 }
 
