@@ -136,7 +136,7 @@ def test_a_replay_that_is_recorded_is_the_recording(recorded, tmp_path):
     replay(directory, "--record", tmp_path / "again")
     one, other = Recording(directory), Recording(tmp_path / "again")
     for name in one.samples:
-        if "late" not in name and "command" not in name:
+        if not any(word in name for word in ("late", "long", "command")):
             assert same_bits(one.samples[name], other.samples[name]), name
     assert "identical: " in replay(tmp_path / "again")
 
@@ -162,7 +162,7 @@ def test_one_bit_of_a_command_is_found(copy):
     """What the run was given was another one: the first tick that felt it differs."""
     with h5py.File(copy / FILE, "r+") as file:
         kinds = file["influences/kind"][:]
-        row = [i for i, kind in enumerate(kinds) if kind == 3][40]
+        row = [i for i, kind in enumerate(kinds) if kind == 5][40]
         tick = int(file["influences/tick"][row])
         file["influences/p1_psi"][row] += 0.001
     told = replay(copy, status=NOT_VALID).splitlines()[-1]
