@@ -34,6 +34,8 @@ inline std::string NearestName(std::string_view wrong, std::span<const std::stri
   std::string nearest;
   std::size_t limit = std::max<std::size_t>(2, wrong.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
+    // At least as many letters change as one has more than the other.
+    if (wrong.size() >= candidate.size() + limit || candidate.size() >= wrong.size() + limit) continue;
     const std::size_t distance = EditDistance(wrong, candidate);
     if (distance < limit && distance < std::max(wrong.size(), candidate.size())) {
       nearest = candidate;

@@ -134,8 +134,8 @@ int Show(const Options& options) {
     std::cout << "  at_s             start, simulated time [s]; default: now\n"
                  "  ramp_s           rises in this time, and falls again at the end [s]; default: 0\n"
                  "  for_s            ends after this time [s]; default: when cleared\n";
-    if (spec.full_only) std::cout << "  Only with model.physics = \"full\".\n";
-    if (spec.needs_stabilizer) std::cout << "  Only with stabilizer.enabled = true.\n";
+    if (spec.needs == fault::Needs::kFullPhysics) std::cout << "  Only with model.physics = \"full\".\n";
+    if (spec.needs == fault::Needs::kStabilizer) std::cout << "  Only with stabilizer.enabled = true.\n";
     std::cout << "  servohil fault inject " << spec.name;
     for (const fault::ParameterSpec& p : spec.parameters) {
       if (p.name != nullptr) std::cout << Formatted(" %s=%g", p.name, p.preset);

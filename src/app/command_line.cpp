@@ -4,10 +4,12 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "commands.hpp"
+#include "log.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
 
@@ -44,6 +46,12 @@ int NoSuchSubcommand(const CLI::App& program, const std::string& word) {
   return kExitUsage;
 }
 
+/// Several mistakes of a configuration are told at once.
+void TellEachLine(const std::string& text) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) std::cerr << ErrorPrefix() << line << '\n';
+}
+
 int Main(int argc, char** argv) {
   CLI::App program(
       "servohil: real-time emulator of a steam turbine's governing-valve servomotor on CAN.\n"
@@ -53,7 +61,8 @@ int Main(int argc, char** argv) {
   program.footer(
       "Exit status: 0 ok; 1 the run was not valid (late ticks or model fault), or the\n"
       "replay differs; 2 usage or configuration;\n"
-      "3 the machine lacks something (interface, permission, disk).");
+      "3 the machine lacks something (interface, permission, disk). Of a scenario: 0 PASS, 1 FAIL, 4 "
+      "INVALID.");
   int exit_status = kExitOk;
   AddRunCommand(program, exit_status);
   AddFaultCommand(program, exit_status);
@@ -77,10 +86,10 @@ int Main(int argc, char** argv) {
     std::cerr << "servohil: " << error.what() << "; --help tells more\n";
     return kExitUsage;
   } catch (const UsageError& error) {
-    std::cerr << "servohil: " << error.what() << '\n';
+    TellEachLine(error.what());
     return kExitUsage;
   } catch (const EnvironmentError& error) {
-    std::cerr << "servohil: " << error.what() << '\n';
+    TellEachLine(error.what());
     return kExitEnvironment;
   }
 }

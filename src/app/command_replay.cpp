@@ -11,6 +11,7 @@
 #include "recording_options.hpp"
 #include "replay.hpp"
 #include "run_report.hpp"
+#include "scenario_options.hpp"
 #include "scripted_run.hpp"
 #include "servohil/app/contract.hpp"
 #include "servohil/app/ticks.hpp"
@@ -26,6 +27,7 @@ struct Options {
   ConfigurationOptions configuration;
   std::optional<double> until_s;
   RecordingOptions recording;
+  ScenarioOptions scenario;
 };
 
 using Count = unsigned long long;  // for printf
@@ -121,6 +123,40 @@ void TellDeviations(const Comparison& comparison) {
   }
 }
 
+/// What is expected of a recorded run.
+class ScenarioOfRecording {
+ public:
+  explicit ScenarioOfRecording(const scenario::ScenarioFile& file)
+      : scenario_(file.UnderstandExpectations()), evaluation_(scenario_) {}
+  static std::unique_ptr<ScenarioOfRecording> Open(const ScenarioOptions& options) {
+    const auto file = options.Open();
+    return file == nullptr ? nullptr : std::make_unique<ScenarioOfRecording>(*file);
+  }
+
+  void Take(const Telemetry& now) { evaluation_.Take(now); }
+  int Report(const ScenarioOptions& options, std::vector<std::string> invalid_because) const {
+    return options.Report(scenario_, evaluation_.Judge(std::move(invalid_because)));
+  }
+
+ private:
+  const scenario::Scenario scenario_;
+  scenario::Evaluation evaluation_;
+};
+
+/// The recorded run's own flaws. A what-if has no clock: the timing of the run that it departs from is not
+/// its own.
+std::vector<std::string> WhyRecordingIsInvalid(const RecordingReader& recording, bool what_if) {
+  std::vector<std::string> reasons;
+  if (what_if) return reasons;
+  if (!recording.Complete()) reasons.emplace_back("the recording is incomplete");
+  std::vector<Telemetry> last(1);
+  if (recording.SampleCount() == 0 || recording.ReadSamples(recording.SampleCount() - 1, last) != 1)
+    return reasons;
+  last[0].sample.model_fault = false;  // for the expectations to tell
+  for (std::string& reason : JudgeRun(last[0], 0).reasons) reasons.push_back(std::move(reason));
+  return reasons;
+}
+
 /// DIR beside the recording for the what-if: DIR-what-if, or the first of DIR-what-if-2, -3, ... that is
 /// free.
 std::filesystem::path WhatIfDirectory(std::filesystem::path recording) {
@@ -147,14 +183,19 @@ int ReplayRecording(const Options& options) {
   RecordingOptions recording = options.recording;
   if (what_if && recording.directory.empty()) recording.directory = WhatIfDirectory(options.path);
 
+  const auto scenario = ScenarioOfRecording::Open(options.scenario);
   Comparison comparison(reader);
   const Telemetry end = RunAgain(rerun, recording, [&](const Telemetry& now) {
     comparison.Take(now);
+    if (scenario) scenario->Take(now);
     return what_if || !comparison.FirstDifference();
   });
-  if (!what_if) return TellIdentity(comparison, end);
-  TellDeviations(comparison);
-  return kExitOk;
+  if (what_if) {
+    TellDeviations(comparison);
+  } else if (const int status = TellIdentity(comparison, end); status != kExitOk) {
+    return status;
+  }
+  return scenario ? scenario->Report(options.scenario, WhyRecordingIsInvalid(reader, what_if)) : kExitOk;
 }
 
 /// Any candump log: its command frames, at the ticks of their time stamps.
@@ -194,6 +235,8 @@ int Replay(const Options& options) {
   if (!std::filesystem::exists(options.path))
     throw UsageError(options.path.string() + ": there is no such file");
   const bool recording = std::filesystem::is_directory(options.path) || options.path.extension() == ".h5";
+  if (!recording && !options.scenario.file.empty())
+    throw UsageError("replay: --scenario is for a recording, not for a log");
   if (recording && !options.configuration.file.empty())
     throw UsageError(
         "replay: a recording has its own configuration: --set changes single keys of it, -c is for logs");
@@ -217,6 +260,8 @@ void AddReplayCommand(CLI::App& program, int& exit_status) {
       ->type_name("S")
       ->check(CLI::Range(model::kTickS, 1e9));
   options->recording.AddTo(command);
+  options->scenario.AddTo(command)->description(
+      "what this scenario (TOML) expects, held against the recording; its commands and faults are not used");
   command.callback([options, &exit_status] { exit_status = Replay(*options); });
 }
 

@@ -1,4 +1,3 @@
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <CLI/CLI.hpp>
 
@@ -9,13 +8,18 @@
 #include <optional>
 
 #include "bus_setup.hpp"
+#include "check_configuration.hpp"
 #include "commands.hpp"
 #include "control/server.hpp"
 #include "formatted.hpp"
+#include "log.hpp"
 #include "p1_script.hpp"
 #include "recording_options.hpp"
+#include "reload.hpp"
 #include "run_report.hpp"
 #include "run_statistics.hpp"
+#include "scenario/evaluator.hpp"
+#include "scenario_options.hpp"
 #include "scripted_run.hpp"
 #include "servohil/app/contract.hpp"
 #include "servohil/app/emulator.hpp"
@@ -45,20 +49,58 @@ struct Options {
   std::filesystem::path from;
   std::filesystem::path snapshots = ".";
   std::vector<double> snapshot_at_s;
+  bool check_configuration = false;
+  ScenarioOptions scenario;
 };
 
 /// What is to be run: all of it from the configuration, or from a snapshot.
 struct Setup {
   explicit Setup(const Options& options)
-      : configuration(options.configuration.Load()),
+      : scenario(options.scenario.Open()),
+        configuration(LoadFor(scenario.get(), options.configuration)),
         derived(configuration.model),
         start(RequireSteadyStateAt(derived, configuration.start_x3_in)),
         contract(can::ReadDbc(configuration.can.dbc), configuration.publish) {}
 
+  std::unique_ptr<scenario::ScenarioFile> scenario;  ///< null: none
   Configuration configuration;
   model::Derived derived;
   model::SteadyState start;
   Contract contract;
+};
+
+/// A scenario on a bus: faults at their ticks, expectations held against every tick; the governor commands.
+class ScenarioOnBus {
+ public:
+  ScenarioOnBus(const scenario::ScenarioFile& file, const control::Permissions& permissions, Clock clock)
+      : scenario_(file.Understand(permissions)), evaluator_(scenario_, clock != Clock::kReal) {
+    if (!scenario_.commands.empty())
+      spdlog::info("{}: the governor on the bus commands, not the scenario", scenario_.file.string());
+  }
+
+  void AddTo(TaskOptions& task) {
+    task.is_scenario = true;
+    task.duration_ticks = scenario_.duration_ticks;
+    task.wait_ticks = scenario_.wait_ticks;
+    task.script = scenario_.faults;
+    task.feed = &evaluator_.Feed();
+  }
+
+  /// After the run. @return exit status
+  int Report(const ScenarioOptions& options, const Emulator& emulator, std::uint64_t lost_frames,
+             bool recording_complete) {
+    // That the model left its domain is for the expectations to tell.
+    Telemetry end = emulator.Final();
+    end.sample.model_fault = false;
+    std::vector<std::string> reasons = JudgeRun(end, lost_frames).reasons;
+    if (!recording_complete) reasons.emplace_back("the recording is incomplete");
+    if (emulator.ScriptRefused() > 0) reasons.emplace_back("faults were refused: too many at once");
+    return options.Report(scenario_, evaluator_.Judge(std::move(reasons)));
+  }
+
+ private:
+  const scenario::Scenario scenario_;
+  scenario::Evaluator evaluator_;
 };
 
 TaskOptions TaskOptionsOf(const Options& options, const LoopSettings& loop) {
@@ -103,8 +145,10 @@ std::vector<std::string> BusNames(const can::Network& network) {
 }
 
 /// Faults belong on a bus that no real machine is on, unless the configuration says otherwise.
-control::Permissions PermissionsOf(const Configuration& configuration, const can::Network& network) {
-  control::Permissions permissions{&configuration.model, configuration.fault.armed == Armed::kYes, {}};
+/// @param unfaulted  what runs
+control::Permissions PermissionsOf(const Configuration& configuration, const model::Parameters& unfaulted,
+                                   const can::Network& network) {
+  control::Permissions permissions{&unfaulted, configuration.fault.armed == Armed::kYes, {}};
   if (permissions.armed) return permissions;
   if (configuration.fault.armed == Armed::kNo) {
     permissions.why_not_armed = "faults are not armed: fault.armed = \"no\"";
@@ -159,12 +203,22 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
       options.recording.Open(texts, setup.contract, options.clock == Clock::kReal ? "real time" : "lockstep",
                              from, BusNames(network));
   emulator_options.task.recorder = recorder.get();
+  const control::Permissions permissions = PermissionsOf(configuration, configuration.model, network);
+  std::optional<ScenarioOnBus> scenario;
+  if (setup.scenario) {
+    scenario.emplace(*setup.scenario, permissions, options.clock);
+    scenario->AddTo(emulator_options.task);
+  }
   Emulator emulator(setup.configuration.model, setup.start, setup.contract, network, emulator_options);
   if (from) emulator.Restore(*from);
   const std::string ready = ReadyLine(network, emulator.Final(), emulator_options);
   SnapshotWriter snapshots(options.snapshots, texts);
-  const auto control = OpenControl(options.control, emulator, PermissionsOf(configuration, network));
-  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get());
+  const auto control = OpenControl(options.control, emulator, permissions);
+  Reloader reloader(texts, [&] { return options.configuration.Load(); },
+                    {{"fault.armed", [&](const Configuration& now) {
+                        if (control) control->Permit(PermissionsOf(now, configuration.model, network));
+                      }}});
+  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get(), reloader);
   std::string missing;
   for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
   if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);
@@ -183,6 +237,8 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
             << "verdict  " << verdict.Text() << std::endl;
   if (!options.statistics.empty())
     WriteStatistics(options.statistics, emulator, emulator.Final(), network, emulator_options, true);
+  if (scenario)
+    return scenario->Report(options.scenario, emulator, lost, recorder == nullptr || !recorder->Incomplete());
   return verdict.Valid() ? kExitOk : kExitNotValid;
 }
 
@@ -213,12 +269,12 @@ int RunFast(const Options& options, const Setup& setup, const std::optional<Snap
 }
 
 int Run(const Options& options) {
+  if (!options.scenario.file.empty() && options.clock == Clock::kFast)
+    throw UsageError("run: --clock fast has no bus; `servohil simulate --scenario FILE` is that");
   if (!options.script.empty() && options.clock != Clock::kFast)
     throw UsageError("run: --script is for --clock fast; on a bus the governor gives the commands");
   const StopSignals signals;
-  spdlog::set_default_logger(
-      std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::stderr_sink_mt>()));
-  spdlog::set_pattern("servohil: %l: %v");
+  SetUpLog();
   std::optional<Snapshot> from;
   Options effective = options;
   std::optional<TemporaryConfiguration> configuration;
@@ -228,6 +284,7 @@ int Run(const Options& options) {
     configuration.emplace(file.texts);
     effective.configuration.file = configuration->File();
   }
+  if (options.check_configuration) return CheckConfiguration(effective.configuration, effective.buses);
   const Setup setup(effective);
   if (const std::string warning = CheckEnvelope(setup.configuration, setup.derived); !warning.empty())
     spdlog::warn("{}", warning);
@@ -237,6 +294,8 @@ int Run(const Options& options) {
 
 void AddOptions(CLI::App& command, Options& options) {
   options.configuration.AddTo(command);
+  command.add_flag("--check-config", options.check_configuration,
+                   "checks configuration, DBC and load table, tells every mistake, and runs nothing");
   command
       .add_option(
           "--can", options.buses,
@@ -264,9 +323,11 @@ void AddOptions(CLI::App& command, Options& options) {
                                                                           {"off", RealTime::kOff}},
                                           CLI::ignore_case)
                       .description(""));
+  CLI::Option* scenario = options.scenario.AddTo(command);
   command
       .add_option("--duration", options.duration_s, "ends after this time [s]; default: at SIGINT or SIGTERM")
       ->type_name("S")
+      ->excludes(scenario)
       ->check(CLI::Range(model::kTickS, 1e9));
   command
       .add_option(
@@ -286,7 +347,8 @@ void AddOptions(CLI::App& command, Options& options) {
       .add_option("--from", options.from,
                   "goes on from a snapshot, with its configuration and DBC; --set changes single keys of it")
       ->type_name("SNAPSHOT")
-      ->excludes("--config");
+      ->excludes("--config")
+      ->excludes(scenario);
   command
       .add_option("--snapshot-at", options.snapshot_at_s,
                   "writes a snapshot at this simulated time [s]; repeatable; SIGUSR1 writes one at any time")

@@ -10,6 +10,8 @@
 #include "p1_script.hpp"
 #include "recording_options.hpp"
 #include "run_report.hpp"
+#include "scenario/simulated_run.hpp"
+#include "scenario_options.hpp"
 #include "scripted_run.hpp"
 #include "servohil/app/envelope_check.hpp"
 #include "servohil/app/simulation_task.hpp"
@@ -29,6 +31,7 @@ struct Options {
   int every_ticks = 1;
   std::optional<std::string> output;
   RecordingOptions recording;
+  ScenarioOptions scenario;
 };
 
 /// P1 over time: the steady state's, then each value from its tick on.
@@ -102,22 +105,27 @@ std::unique_ptr<Recorder> OpenRecording(const Options& options, const Configurat
   return options.recording.Open(DescribeConfiguration(configuration), contract, "fast", std::nullopt, {});
 }
 
+/// Without a scenario: commands from the options. With one: commands, faults and what is expected.
 int Simulate(const Options& options) {
-  Configuration configuration = options.configuration.Load();
+  const auto file = options.scenario.Open();
+  Configuration configuration = LoadFor(file.get(), options.configuration);
   configuration.start_x3_in = options.x3_in.value_or(configuration.start_x3_in);
   const model::Derived derived(configuration.model);
   if (const std::string warning = CheckEnvelope(configuration, derived); !warning.empty())
     std::cerr << "servohil: " << warning << '\n';
   const model::SteadyState start = RequireSteadyStateAt(derived, configuration.start_x3_in);
-  const std::vector<Influence> script = P1Over(start.p1_psi, options);
+  std::optional<scenario::SimulatedRun> scenario;
+  if (file) scenario.emplace(*file, configuration, start);
+  const std::vector<Influence> script = file ? std::vector<Influence>{} : P1Over(start.p1_psi, options);
   const auto recorder = OpenRecording(options, configuration);
   TaskOptions task_options;
   task_options.duration_ticks = TicksOf(options.duration_s);
   task_options.supervised = false;
+  if (scenario) scenario->AddTo(task_options);
   task_options.recorder = recorder.get();
   const auto task = std::make_unique<SimulationTask>(configuration.model, start, task_options);
 
-  const std::string csv = options.output.value_or(recorder ? "" : "-");
+  const std::string csv = options.output.value_or(recorder || file ? "" : "-");
   std::optional<CsvOutput> output;
   if (!csv.empty()) output.emplace(csv);
   const auto every = static_cast<std::uint64_t>(options.every_ticks);
@@ -126,7 +134,9 @@ int Simulate(const Options& options) {
     if (output && sample.tick % every == 0) output->Write(sample, task->Now().outputs);
   };
   write();
+  if (scenario) scenario->Command(*task);
   RunScript(*task, script, [&] {
+    if (scenario) scenario->Take(*task);
     if (task->Now().sample.model_fault) return false;
     write();
     return true;
@@ -134,7 +144,8 @@ int Simulate(const Options& options) {
   if (output) output->Finish();
   std::cerr << FinishRecording(recorder.get(), options.recording.directory, task->Now(),
                                JudgeRun(task->Now(), 0).Text());
-  return Report(task->Now().sample);
+  const int status = Report(task->Now().sample);
+  return scenario ? options.scenario.Report(scenario->What(), scenario->Judge(*task)) : status;
 }
 
 }  // namespace
@@ -147,29 +158,33 @@ void AddSimulateCommand(CLI::App& program, int& exit_status) {
   command
       .add_option("--x3", options->x3_in, "piston position of the steady state [in]; default: start.x3_in")
       ->type_name("IN");
-  command.add_option("--duration", options->duration_s, "simulated time [s]")
-      ->type_name("S")
-      ->required()
-      ->check(CLI::Range(model::kTickS, 1e6));
+  CLI::Option* with_scenario = options->scenario.AddTo(command);
+  CLI::Option* duration = command.add_option("--duration", options->duration_s, "simulated time [s]");
+  duration->type_name("S")->excludes(with_scenario)->check(CLI::Range(model::kTickS, 1e6));
   auto* step = command.add_option("--p1-step", options->p1_step_psi,
                                   "step of the control oil pressure at t = 0 [psi]; default: none");
-  step->type_name("PSI")->check(CLI::Range(-1000.0, 1000.0));
+  step->type_name("PSI")->excludes(with_scenario)->check(CLI::Range(-1000.0, 1000.0));
   command
       .add_option(
           "--p1-file", options->p1_file,
           "control oil pressure over time: CSV t_s,p1_psi; each value holds from the first tick at or after "
           "its time")
       ->type_name("CSV")
-      ->excludes(step);
+      ->excludes(step)
+      ->excludes(with_scenario);
   command.add_option("--every", options->every_ticks, "writes every n-th tick of 0.1 ms; default: 1")
       ->type_name("TICKS")
       ->check(CLI::Range(1, 1'000'000'000));
   command
       .add_option("-o,--output", options->output,
-                  "CSV file; -: standard output; default: - unless it is recorded")
+                  "CSV file; -: standard output; default: - unless it is recorded, or a scenario")
       ->type_name("FILE");
   options->recording.AddTo(command);
-  command.callback([options, &exit_status] { exit_status = Simulate(*options); });
+  command.callback([options, duration, with_scenario, &exit_status] {
+    if (duration->empty() && with_scenario->empty())
+      throw UsageError("simulate: --duration S or --scenario FILE is required; --help tells more");
+    exit_status = Simulate(*options);
+  });
 }
 
 }  // namespace servohil::app

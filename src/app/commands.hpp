@@ -18,8 +18,10 @@ namespace servohil::app {
 /// Exit statuses of the program.
 inline constexpr int kExitOk = 0;
 inline constexpr int kExitNotValid = 1;     ///< the run was not valid, or the replay differs
+inline constexpr int kExitFail = 1;         ///< of a scenario: something that is expected was not so
 inline constexpr int kExitUsage = 2;        ///< usage or configuration
 inline constexpr int kExitEnvironment = 3;  ///< the machine lacks something
+inline constexpr int kExitInvalid = 4;      ///< of a scenario: the run is worth nothing
 
 void AddCheckCommand(CLI::App& program, int& exit_status);
 void AddFaultCommand(CLI::App& program, int& exit_status);

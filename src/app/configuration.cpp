@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <sstream>
 
@@ -20,14 +22,17 @@ std::string Number(double value) {
   return out.str();
 }
 
-/// A value as one line, whatever it holds.
+/// One line, whatever a file has put into it.
+std::string OneLine(std::string text) {
+  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == '\x7f'; };
+  std::replace_if(text.begin(), text.end(), is_control, ' ');
+  return text;
+}
+
 std::string Shown(const toml::node& node) {
   std::ostringstream out;
   node.visit([&](const auto& value) { out << value; });
-  std::string text = out.str();
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
+  return out.str();
 }
 
 /// For `--set`: numbers that TOML writes otherwise (.15, 1e-3 is fine), else a text without its quotes.
@@ -41,17 +46,15 @@ toml::table FromBareText(const std::string& text) {
 /// Reads one source after the other into a configuration, remembering where each key was set.
 class Loader {
  public:
-  void ReadFile(const std::filesystem::path& file) {
-    if (!std::filesystem::exists(file) || std::filesystem::is_directory(file)) {
-      throw UsageError(file.string() + ": there is no such file");
-    }
+  /// @param text  what stands in `file`
+  void ReadText(std::string_view text, const std::filesystem::path& file) {
     try {
-      const toml::table table = toml::parse_file(file.string());
+      const toml::table table = toml::parse(text, file.string());
       Read(table, "", file.string(), file.parent_path());
     } catch (const toml::parse_error& error) {
       const auto line = error.source().begin.line;
-      throw UsageError(file.string() + (line != 0 ? ":" + std::to_string(line) : "") + ": " +
-                       std::string(error.description()));
+      throw UsageError(OneLine(file.string() + (line != 0 ? ":" + std::to_string(line) : "") + ": " +
+                               std::string(error.description())));
     }
   }
 
@@ -70,8 +73,33 @@ class Loader {
     Set(setting.substr(0, equals), *table.get("value"), place, {});
   }
 
-  /// Checks what no key can tell alone.
+  void Apply(const KeySetting& setting) {
+    const toml::table table = toml::parse("value = " + setting.value);
+    Set(setting.key, *table.get("value"), setting.place, setting.directory);
+  }
+
+  /// Checks what no key can tell alone. @throws UsageError with a line for each mistake so far
   Configuration Finish() {
+    ThrowMistakes();
+    Try(0, [&] { CheckTogether(); });
+    Try(0, [&] { ReadLoad(); });
+    ThrowMistakes();
+    return config_;
+  }
+  /// Keys that no source has set keep their defaults; the files among them lie beside the configuration.
+  void UseDefaultsBeside(const std::filesystem::path& file) {
+    config_.load_file = (file.parent_path() / config_.load_file).string();
+    config_.can.dbc = (file.parent_path() / config_.can.dbc).string();
+  }
+
+ private:
+  void ThrowMistakes() const {
+    std::string all;
+    for (const auto& [line, mistake] : mistakes_) all += (all.empty() ? "" : "\n") + mistake;
+    if (!all.empty()) throw UsageError(all);
+  }
+
+  void CheckTogether() const {
     const model::ServoParameters& servo = config_.model.servo;
     if (!(servo.relay_piston_rod_diameter_in < servo.relay_piston_diameter_in)) {
       Fail("servo.relay_piston_rod_diameter_in", Number(servo.relay_piston_rod_diameter_in),
@@ -99,17 +127,8 @@ class Loader {
     if (dissolution_psi > 0.0 && dissolution_psi < 20.0) {
       Fail("oil.dissolution_pressure_psi", Number(dissolution_psi), "must be 0 or at least 20 psi absolute");
     }
-    ReadLoad();
-    return config_;
   }
 
-  /// Keys that no source has set keep their defaults; the files among them lie beside the configuration.
-  void UseDefaultsBeside(const std::filesystem::path& file) {
-    config_.load_file = (file.parent_path() / config_.load_file).string();
-    config_.can.dbc = (file.parent_path() / config_.can.dbc).string();
-  }
-
- private:
   void Read(const toml::table& table, const std::string& prefix, const std::string& file,
             const std::filesystem::path& directory) {
     for (const auto& [name, node] : table) {
@@ -117,8 +136,19 @@ class Loader {
       if (const toml::table* inner = node.as_table()) {
         Read(*inner, full + ".", file, directory);
       } else {
-        Set(full, node, file + ":" + std::to_string(node.source().begin.line), directory);
+        const auto line = node.source().begin.line;
+        Try(line, [&] { Set(full, node, file + ":" + std::to_string(line), directory); });
       }
+    }
+  }
+
+  /// A mistake in one key does not hide the others.
+  template <typename Act>
+  void Try(std::uint32_t line, Act&& act) {
+    try {
+      act();
+    } catch (const UsageError& error) {
+      mistakes_.emplace(line, OneLine(error.what()));
     }
   }
 
@@ -235,7 +265,8 @@ class Loader {
   }
 
   Configuration config_;
-  std::map<std::string, std::string> places_;  ///< key → "FILE:LINE" or "--set KEY=VALUE"
+  std::multimap<std::uint32_t, std::string> mistakes_;  ///< line → what is wrong there
+  std::map<std::string, std::string> places_;           ///< key → "FILE:LINE" or "--set KEY=VALUE"
 };
 
 }  // namespace
@@ -246,11 +277,23 @@ std::filesystem::path DefaultConfigurationFile() {
   return program.parent_path().parent_path() / "share" / "servohil" / "servohil.toml";
 }
 
-Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings) {
+Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings,
+                                const std::vector<KeySetting>& more) {
   const std::filesystem::path source = file.empty() ? DefaultConfigurationFile() : file;
+  std::ifstream in(source, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (!in || std::filesystem::is_directory(source))
+    throw UsageError(source.string() + ": there is no such file");
+  return ParseConfiguration(text, source, settings, more);
+}
+
+Configuration ParseConfiguration(std::string_view text, const std::filesystem::path& file,
+                                 const std::vector<std::string>& settings,
+                                 const std::vector<KeySetting>& more) {
   Loader loader;
-  loader.UseDefaultsBeside(source);
-  loader.ReadFile(source);
+  loader.UseDefaultsBeside(file);
+  loader.ReadText(text, file);
+  for (const KeySetting& setting : more) loader.Apply(setting);
   for (const std::string& setting : settings) loader.Apply(setting);
   return loader.Finish();
 }

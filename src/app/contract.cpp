@@ -116,15 +116,23 @@ std::optional<Command> Contract::DecodeCommand(const can::Frame& frame,
   return command;
 }
 
-can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry) const noexcept {
+can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry,
+                            const Measured& measured) const noexcept {
   const Outgoing& outgoing = outgoing_[message];
   can::Frame frame;
   frame.id = outgoing.message->id;
   frame.extended = outgoing.message->extended;
   frame.size = static_cast<std::uint8_t>(outgoing.message->size_bytes);
   const std::span<std::uint8_t> data(frame.data.data(), frame.size);
-  for (const Field& field : outgoing.fields)
-    can::Encode(*field.signal, field.quantity->value(telemetry), data);
+  for (const Field& field : outgoing.fields) {
+    const double value = measured.Of(*field.quantity, telemetry);
+    if (std::isnan(value)) {
+      constexpr std::int64_t kAllOnes = -1;
+      can::InsertRaw(*field.signal, kAllOnes, data);
+    } else {
+      can::Encode(*field.signal, value, data);
+    }
+  }
   return frame;
 }
 

@@ -13,21 +13,27 @@ namespace servohil::app {
 namespace {
 
 constexpr int kTicksPerMs = 10;
-constexpr std::int64_t kNsPerMs = 1'000'000;
+constexpr double kNsPerMs = 1e6;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.
 constexpr std::int64_t kSenderDelayNs = 50'000;
 constexpr int kReceiverPriorityBelow = 5;
 constexpr int kSenderPriorityBelow = 10;
 constexpr int kForEver = -1;
+constexpr int kLookForDelayedMs = 1;
 constexpr int kLookForRequestsMs = 2;  ///< in lockstep, where no tick does
 
 /// In lockstep each answer has every message, whatever its cycle.
 TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contract) {
   TaskOptions task = options.task;
   task.safety = LawOf(options.safety);
-  if (options.clock == Clock::kReal) task.max_age_ns = options.safety.max_age_ms * kNsPerMs;
-  if (options.clock == Clock::kReal) task.cycle_ticks = contract.Cycles();
+  if (options.clock == Clock::kReal) {
+    task.cycle_ticks = contract.Cycles();
+    task.max_age_ns = static_cast<std::int64_t>(options.safety.max_age_ms * kNsPerMs);
+    task.stall = [](double ms) noexcept {
+      rt::SleepUntil(rt::MonotonicNs() + static_cast<std::int64_t>(ms * kNsPerMs));
+    };
+  }
   task.tell_lateness = contract.MessagesCarrying("recent_lateness_ms");
   return task;
 }
@@ -125,7 +131,11 @@ void Emulator::RunSimulation() {
   BeReady("sim", options_.task.loop.priority, options_.task.loop.cpu);
   const long faults_before = rt::ThreadPageFaults();
   loop_.Run(
-      stop_, [this](const rt::LoopTiming& timing) noexcept { return task_->Wake(timing); },
+      stop_,
+      [this](const rt::LoopTiming& timing) noexcept {
+        turns_.store(timing.wakes, std::memory_order_relaxed);
+        return task_->Wake(timing);
+      },
       first_deadline_ns_);
   loop_page_faults_ = rt::ThreadPageFaults() - faults_before;
   Finish();
@@ -134,7 +144,9 @@ void Emulator::RunSimulation() {
 void Emulator::RunReceiver() {
   BeReady("can_rx", options_.task.loop.priority - kReceiverPriorityBelow, -1);
   while (!stop_.load(std::memory_order_relaxed)) {
-    if (const std::optional<can::Frame> frame = network_.Receive(kForEver)) receiver_->Take(*frame);
+    const int wait_ms = receiver_->HasDelayed() ? kLookForDelayedMs : kForEver;
+    if (const std::optional<can::Frame> frame = network_.Receive(wait_ms)) receiver_->Take(*frame);
+    receiver_->TakeDelayed();
   }
 }
 
@@ -155,14 +167,18 @@ void Emulator::RunLockstep() {
   bool goes_on = true;
   while (goes_on && !stop_.load(std::memory_order_relaxed)) {
     const std::optional<can::Frame> frame = network_.Receive(kLookForRequestsMs);
+    turns_.fetch_add(1, std::memory_order_relaxed);
     task_->ServeRequests();
     if (!frame) continue;
-    const std::optional<FrameVerdict> verdict = receiver_->Take(*frame);
     const bool by_command = options_.lockstep.sync_id < 0;
-    if (by_command ? !verdict : !IsSync(*frame)) continue;
+    const std::uint64_t valid_before = receiver_->ValidCommands();
+    const bool is_command = receiver_->Take(*frame);
+    if (by_command ? !is_command : !IsSync(*frame)) continue;
+    receiver_->TakeDelayed();
     // A valid command is never late: time waits for it. A cycle without one is silence.
-    goes_on = task_->Run(options_.lockstep.ticks, !by_command || *verdict != FrameVerdict::kValid);
-    sender_->SendAll(task_->Now(), stop_);
+    const bool commanded = receiver_->ValidCommands() != valid_before;
+    goes_on = task_->Run(options_.lockstep.ticks, !by_command || !commanded);
+    sender_->SendAll(stop_);
   }
   Finish();
 }

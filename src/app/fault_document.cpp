@@ -44,8 +44,8 @@ std::string FaultDocument() {
       text += Formatted("\n## On the %s\n", part);
     }
     text += std::string("\n### ") + spec.name + "\n\n" + spec.effect +
-            (spec.full_only ? "\n" : " Thesis.\n") + ParameterRows(spec) + "\n    servohil fault inject " +
-            spec.name;
+            (spec.needs == fault::Needs::kFullPhysics ? "\n" : " Thesis.\n") + ParameterRows(spec) +
+            "\n    servohil fault inject " + spec.name;
     for (const fault::ParameterSpec& p : spec.parameters) {
       if (p.name != nullptr) text += Formatted(" %s=%g", p.name, p.preset);
     }

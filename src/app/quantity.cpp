@@ -4,12 +4,15 @@
 #include <array>
 #include <limits>
 
+#include "servohil/app/publication.hpp"
+
 namespace servohil::app {
 namespace {
 
 using T = Telemetry;
 
 constexpr double kTicksPerMs = 10.0;
+constexpr bool kMachines = false;  // doing: not repeatable
 
 double Ms(std::int64_t ns) noexcept {
   return static_cast<double>(ns) / 1e6;
@@ -44,7 +47,7 @@ constexpr std::array kQuantities = std::to_array<Quantity>({
     {"mode", "Mode", "", "State of the emulator",
      [](const T& t) { return static_cast<double>(t.status.mode); }},
     {"timing_valid", "TimingValid", "", "1 while no tick was late since the start; latched at 0",
-     [](const T& t) { return t.status.TimingValid() ? 1.0 : 0.0; }},
+     [](const T& t) { return t.status.TimingValid() ? 1.0 : 0.0; }, kMachines},
     {"model_fault", "ModelFault", "",
      "1 once the model left its domain; the values are then the last good ones",
      [](const T& t) { return t.sample.model_fault ? 1.0 : 0.0; }},
@@ -56,11 +59,11 @@ constexpr std::array kQuantities = std::to_array<Quantity>({
      [](const T& t) { return t.sample.unresolved_ticks > 0 ? 1.0 : 0.0; }},
     {"late_ticks", "LateTicks", "",
      "Ticks that began a wake period or more after their deadline, since the start",
-     [](const T& t) { return static_cast<double>(t.status.late.Total()); }},
+     [](const T& t) { return static_cast<double>(t.status.late.Total()); }, kMachines},
     {"worst_lateness_ms", "WorstLateness", "ms", "Worst lateness of a wake-up since the start",
-     [](const T& t) { return Ms(t.status.worst_lateness_ns); }},
+     [](const T& t) { return Ms(t.status.worst_lateness_ns); }, kMachines},
     {"recent_lateness_ms", "RecentLateness", "ms", "Worst lateness of a wake-up since it was told before",
-     [](const T& t) { return Ms(t.status.recent_lateness_ns); }},
+     [](const T& t) { return Ms(t.status.recent_lateness_ns); }, kMachines},
     {"command_age_ms", "CommandAge", "ms", "Time since the newest valid command; none yet: infinite",
      CommandAgeMs},
     {"safety_state", "SafetyState", "", "What the run does with the command",
@@ -72,20 +75,22 @@ constexpr std::array kQuantities = std::to_array<Quantity>({
     {"trips", "Trips", "", "Times that the governor tripped",
      [](const T& t) { return static_cast<double>(t.status.trips); }},
     {"valid_frames", "ValidFrames", "", "Valid command frames since the start",
-     [](const T& t) { return static_cast<double>(t.status.frames.Valid()); }},
+     [](const T& t) { return static_cast<double>(t.status.frames.Valid()); }, kMachines},
     {"rejected_frames", "RejectedFrames", "", "Frames with the command's identifier that were not valid",
-     [](const T& t) { return static_cast<double>(t.status.frames.Rejected()); }},
+     [](const T& t) { return static_cast<double>(t.status.frames.Rejected()); }, kMachines},
     {"corrupted_frames", "CorruptedFrames", "", "Command frames with a wrong checksum",
-     [](const T& t) { return static_cast<double>(t.status.frames.Of(FrameVerdict::kCorrupted)); }},
+     [](const T& t) { return static_cast<double>(t.status.frames.Of(FrameVerdict::kCorrupted)); }, kMachines},
     {"frames_out_of_sequence", "FramesOutOfSequence", "",
      "Command frames that were repeated, stuck, reordered, or came after too many lost ones",
-     [](const T& t) { return static_cast<double>(t.status.frames.OutOfSequence()); }},
+     [](const T& t) { return static_cast<double>(t.status.frames.OutOfSequence()); }, kMachines},
     {"lost_frames", "LostFrames", "",
      "Command frames missing between those that came, as their counter tells",
-     [](const T& t) { return static_cast<double>(t.status.frames.lost); }},
+     [](const T& t) { return static_cast<double>(t.status.frames.lost); }, kMachines},
     {"stale_frames", "StaleFrames", "", "Command frames that were too old when they were read",
-     [](const T& t) { return static_cast<double>(t.status.frames.Of(FrameVerdict::kStale)); }},
+     [](const T& t) { return static_cast<double>(t.status.frames.Of(FrameVerdict::kStale)); }, kMachines},
 });
+
+static_assert(kQuantities.size() <= kMostQuantities);
 
 }  // namespace
 

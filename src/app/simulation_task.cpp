@@ -16,18 +16,22 @@ SimulationTask::SimulationTask(const model::Parameters& parameters, const model:
 
 void SimulationTask::Restore(const Snapshot& snapshot) noexcept {
   simulation_.Restore(snapshot.sample, snapshot.faults);
-  faults_.Put(snapshot.faults);
+  PutFaults();
   supervisor_.Restore(snapshot.safety);
   command_tick_ = snapshot.command_tick;
   now_.sample = snapshot.sample;
   now_.status.commanded = snapshot.commanded;
   TakeStatus();
   first_tick_ = snapshot.sample.tick;
+  first_command_tick_ = snapshot.sample.tick;
+  clock_ = first_tick_;
 }
 
 bool SimulationTask::GoesOn() const noexcept {
-  return options_.duration_ticks == 0 ||
-         now_.sample.tick - first_tick_ + frozen_ticks_ < options_.duration_ticks;
+  if (options_.duration_ticks == 0) return true;
+  const bool waits = options_.is_scenario && !now_.status.commanded;
+  const std::uint64_t begin = options_.is_scenario && !waits ? first_command_tick_ : first_tick_;
+  return now_.sample.tick - begin + frozen_ticks_ < (waits ? options_.wait_ticks : options_.duration_ticks);
 }
 
 bool SimulationTask::Run(int ticks, bool silence_counts) noexcept {
@@ -95,27 +99,52 @@ void SimulationTask::TakeCommand() noexcept {
   const bool fresh_enough = options_.max_age_ns == 0 || age_ns <= options_.max_age_ns;
   if (!supervisor_.Hear(command, fresh_enough)) return;
   if (command.arrival_ns != 0) arrival_to_tick_.Record(age_ns);
-  now_.status.command_arrival_ns = command.arrival_ns;
-  FollowGovernor(command.p1_psi);
+  FollowGovernor(command.p1_psi, command.arrival_ns);
 }
 
-void SimulationTask::FollowGovernor(double p1_psi) noexcept {
-  supervisor_.SetDemand(p1_psi);
+/// Any command, the governor's or a local one.
+void SimulationTask::NoteCommand(std::int64_t arrival_ns) noexcept {
+  if (!now_.status.commanded) first_command_tick_ = now_.sample.tick;
   command_tick_ = now_.sample.tick;
   now_.status.commanded = true;
+  now_.status.command_arrival_ns = arrival_ns;
+}
+
+void SimulationTask::FollowGovernor(double p1_psi, std::int64_t arrival_ns) noexcept {
+  supervisor_.SetDemand(p1_psi);
+  NoteCommand(arrival_ns);
   Request request;
   request.kind = Request::Kind::kGovernor;
   request.p1_psi = p1_psi;
-  Record(request);
+  Influenced(request);
+}
+
+/// Felt by the next tick for the first time.
+void SimulationTask::Influenced(const Request& request) noexcept {
+  if (options_.recorder != nullptr) options_.recorder->RecordInfluence({now_.sample.tick + 1, request});
+}
+
+void SimulationTask::TakeFrames() noexcept {
+  SeenFrame frame;
+  while (frames_.TryPop(frame)) TakeFrame(frame.id, frame.extended);
+}
+
+void SimulationTask::TakeFrame(std::uint32_t id, bool extended) noexcept {
+  if (!simulation_.Faults().WaitsForFrame(id, extended)) return;
+  simulation_.Faults().TakeFrame(id, extended, now_.sample.tick + 1);
+  PutFaults();
+  Request request;
+  request.kind = Request::Kind::kFrame;
+  request.injection.trigger.frame_id = id;
+  request.injection.trigger.extended = extended;
+  Influenced(request);
 }
 
 bool SimulationTask::FollowLocal(double p1_psi) noexcept {
   const SafetyState from = supervisor_.Now().state;
   if (!supervisor_.TakeLocal(p1_psi)) return false;
   TellSafetyChange(from, now_.sample.tick + 1);
-  command_tick_ = now_.sample.tick;
-  now_.status.commanded = true;
-  now_.status.command_arrival_ns = 0;
+  NoteCommand(0);
   return true;
 }
 
@@ -127,7 +156,7 @@ void SimulationTask::ChangeSafety(const Supervisor::Decision& decision) noexcept
   request.kind = Request::Kind::kSafety;
   request.safety = decision.to;
   request.safety_cause = decision.cause;
-  Record(request);
+  Influenced(request);
 }
 
 void SimulationTask::TellSafetyChange(SafetyState from, std::uint64_t tick) noexcept {
@@ -135,17 +164,14 @@ void SimulationTask::TellSafetyChange(SafetyState from, std::uint64_t tick) noex
   if (now.state != from) safety_changes_.TryPush({tick, from, now.state, now.cause});
 }
 
-/// With effect from the next tick on.
-void SimulationTask::Record(const Request& request) noexcept {
-  if (options_.recorder != nullptr) options_.recorder->RecordInfluence({now_.sample.tick + 1, request});
-}
-
 void SimulationTask::Tick(bool silence_counts) noexcept {
   ServeRequests();
+  TakeFrames();
   if (options_.supervised) {
     TakeCommand();
     if (const auto decision = supervisor_.Decide(silence_counts)) ChangeSafety(*decision);
   }
+  FollowScript();
   const double p1_psi = supervisor_.P1(now_.sample.p1_psi);
   now_.sample = supervisor_.Rests() ? simulation_.Rest() : simulation_.Tick(p1_psi);
   const SafetyState from = supervisor_.Now().state;
@@ -154,7 +180,13 @@ void SimulationTask::Tick(bool silence_counts) noexcept {
     TellSafetyChange(from, now_.sample.tick);
   }
   TakeStatus();
+  ObserveFaults();
+  TellFaults();
   if (options_.recorder != nullptr) options_.recorder->RecordTick(now_);
+  if (options_.feed != nullptr) options_.feed->Put(now_);
+  if (options_.stall == nullptr) return;
+  const fault::Stall stall = fault::StallAt(simulation_.Faults(), now_.sample.tick);
+  if (stall.ms > 0.0) options_.stall(stall.ms);
 }
 
 void SimulationTask::TakeStatus() noexcept {
@@ -164,6 +196,7 @@ void SimulationTask::TakeStatus() noexcept {
   Status& status = now_.status;
   status.command_age_ticks = now_.sample.tick - command_tick_;
   status.active_faults = simulation_.Faults().CountActive(now_.sample.tick);
+  status.line_down = fault::LineAt(simulation_.Faults(), now_.sample.tick).down;
   status.safety = safety.state;
   status.safety_cause = safety.cause;
   status.losses = safety.losses;
@@ -171,16 +204,81 @@ void SimulationTask::TakeStatus() noexcept {
   status.mode = kModes[static_cast<std::size_t>(safety.state)];
 }
 
+/// All quantities, of which there are outputs now.
+std::span<const double> SimulationTask::Truth(std::array<double, kMostQuantities>& values) const noexcept {
+  const std::span<const Quantity> quantities = Quantities();
+  for (std::size_t i = 0; i < quantities.size(); ++i) values[i] = quantities[i].value(now_);
+  return {values.data(), quantities.size()};
+}
+
+void SimulationTask::ObserveFaults() noexcept {
+  fault::Schedule& faults = simulation_.Faults();
+  const std::uint64_t tick = now_.sample.tick;
+  const bool sensors_act = fault::Sensors::Act(faults, tick);
+  if (!sensors_act && !faults.Observes()) return;
+  now_.outputs = simulation_.Outputs();
+  std::array<double, kMostQuantities> values{};
+  const std::span<const double> truth = Truth(values);
+  faults.Observe(tick, truth);
+  if (sensors_act) sensors_->Observe(faults, tick, truth);
+}
+
+void SimulationTask::TellFaults() noexcept {
+  fault::Schedule& faults = simulation_.Faults();
+  if (faults.Events().empty()) return;
+  for (const fault::Event& event : faults.Events()) {
+    fault_events_.TryPush(event);
+    if (options_.recorder != nullptr) options_.recorder->RecordFaultEvent(event);
+  }
+  faults.ForgetEvents();
+  PutFaults();
+}
+
+void SimulationTask::PutFaults() noexcept {
+  faults_.Put(simulation_.Faults());
+  faults_of_receiver_.Put(simulation_.Faults());
+  faults_of_sender_.Put(simulation_.Faults());
+}
+
 void SimulationTask::Publish(std::uint64_t tick) noexcept {
   now_.due = 0;
   for (std::size_t i = 0; i < kMostMessages && options_.cycle_ticks[i] != 0; ++i) {
     if (tick % options_.cycle_ticks[i] == 0) now_.due |= SetOf(i);
   }
+  clock_.store(tick, std::memory_order_relaxed);
   if (now_.due != 0) {
     now_.outputs = simulation_.Outputs();
-    telemetry_.TryPush(now_);
+    PublishDue();
   }
   if ((now_.due & options_.tell_lateness) != 0) now_.status.recent_lateness_ns = 0;
+}
+
+/// As one where all frames have the same fate.
+void SimulationTask::PublishDue() noexcept {
+  const fault::Schedule& faults = simulation_.Faults();
+  if (!fault::ActsOnPublished(faults, Clock())) {
+    publications_.TryPush(PublicationNow(kMostMessages));
+    return;
+  }
+  for (std::size_t i = 0; i < kMostMessages; ++i) {
+    if (!Has(now_.due, i)) continue;
+    Publication publication = PublicationNow(i);
+    publication.telemetry.due = SetOf(i);
+    publications_.TryPush(publication);
+  }
+}
+
+Publication SimulationTask::PublicationNow(std::size_t message) const noexcept {
+  const fault::Schedule& faults = simulation_.Faults();
+  Publication publication{now_, {}, {}};
+  if (message < kMostMessages)
+    publication.fate = fault::FateOfPublished(faults, static_cast<std::uint8_t>(message), Clock());
+  const std::uint64_t tick = now_.sample.tick;
+  if (!fault::Sensors::Act(faults, tick)) return publication;
+  publication.measured.is_truth = false;
+  std::array<double, kMostQuantities> values{};
+  sensors_->Measure(faults, tick, Truth(values), publication.measured.values);
+  return publication;
 }
 
 void SimulationTask::TakeDueSnapshots() noexcept {
@@ -191,62 +289,79 @@ void SimulationTask::TakeDueSnapshots() noexcept {
   }
 }
 
-void SimulationTask::TakeSnapshot() noexcept {
+bool SimulationTask::TakeSnapshot() noexcept {
+  if (fault::Sensors::Remember(simulation_.Faults())) {
+    snapshots_refused_.fetch_add(1, std::memory_order_relaxed);
+    return false;
+  }
   snapshots_.TryPush(
       {now_.sample, supervisor_.Now(), now_.status.commanded, command_tick_, simulation_.Faults()});
+  return true;
 }
 
 void SimulationTask::ServeRequests() noexcept {
   constexpr int kMostAtOnce = 4;
   Request request;
-  for (int i = 0; i < kMostAtOnce && requests_.TryPop(request); ++i) Serve(request);
+  for (int i = 0; i < kMostAtOnce && requests_.TryPop(request); ++i) answers_.TryPush(Serve(request));
 }
 
-void SimulationTask::Serve(const Request& request) noexcept {
+void SimulationTask::FollowScript() noexcept {
+  const auto& script = options_.script;
+  while (now_.status.commanded && next_script_ < script.size() &&
+         first_command_tick_ + script[next_script_].tick <= now_.sample.tick + 1) {
+    const Answer answer = Serve(script[next_script_++].request);
+    if (answer.result == Answer::Result::kNoRoom) ++script_refused_;
+  }
+}
+
+Answer SimulationTask::Serve(const Request& request) noexcept {
   const std::uint64_t next_tick = now_.sample.tick + 1;
   fault::Schedule& faults = simulation_.Faults();
   Answer answer{request.number, Answer::Result::kApplied, next_tick};
   if (now_.status.mode == Mode::kFrozen && request.kind != Request::Kind::kSnapshot) {
     answer.result = Answer::Result::kFrozen;
-    answers_.TryPush(answer);
-    return;
+    return answer;
   }
   switch (request.kind) {
     case Request::Kind::kInject: {
       fault::Injection injection = request.injection;
       injection.start_tick = std::max(injection.start_tick, next_tick);
       answer.tick = injection.start_tick;
-      if (!faults.Inject(injection)) answer.result = Answer::Result::kNoRoom;
+      if (!faults.Inject(injection, next_tick)) answer.result = Answer::Result::kNoRoom;
       break;
     }
     case Request::Kind::kClear:
-      if (faults.Clear(request.injection.id) == 0) answer.result = Answer::Result::kNoSuchFault;
+      if (faults.Clear(request.injection.id, request.injection.target, next_tick) == 0)
+        answer.result = Answer::Result::kNoSuchFault;
       break;
     case Request::Kind::kClearAll:
-      faults.ClearAll();
+      faults.ClearAll(next_tick);
       break;
     case Request::Kind::kCommand:
       if (!FollowLocal(request.p1_psi)) answer.result = Answer::Result::kNotFollowed;
       break;
     case Request::Kind::kGovernor:
-      FollowGovernor(request.p1_psi);
+      FollowGovernor(request.p1_psi, 0);
       break;
     case Request::Kind::kSafety:
       ChangeSafety({request.safety, request.safety_cause});
       break;
     case Request::Kind::kSnapshot:
       answer.tick = now_.sample.tick;
-      TakeSnapshot();
+      if (!TakeSnapshot()) answer.result = Answer::Result::kNoSnapshot;
+      break;
+    case Request::Kind::kFrame:
+      TakeFrame(request.injection.trigger.frame_id, request.injection.trigger.extended);
       break;
   }
-  faults_.Put(faults);
-  answers_.TryPush(answer);
+  PutFaults();
   // The governor's and the supervision's record themselves.
   const bool is_influence =
       request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
       request.kind == Request::Kind::kClearAll ||
       (request.kind == Request::Kind::kCommand && answer.result == Answer::Result::kApplied);
-  if (is_influence) Record(request);
+  if (is_influence) Influenced(request);
+  return answer;
 }
 
 }  // namespace servohil::app

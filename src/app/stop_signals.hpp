@@ -1,5 +1,5 @@
 #pragma once
-/// SIGINT and SIGTERM (end) and SIGUSR1 (snapshot) as a descriptor.
+/// SIGINT and SIGTERM (end), SIGHUP (reload) and SIGUSR1 (snapshot) as a descriptor.
 
 #include <sys/signalfd.h>
 #include <unistd.h>
@@ -18,6 +18,7 @@ class StopSignals {
     sigemptyset(&set);
     sigaddset(&set, SIGINT);
     sigaddset(&set, SIGTERM);
+    sigaddset(&set, SIGHUP);
     sigaddset(&set, SIGUSR1);
     pthread_sigmask(SIG_BLOCK, &set, nullptr);
     fd_ = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);

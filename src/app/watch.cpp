@@ -23,28 +23,40 @@ constexpr int kAnswerMs = 1;  // while the simulation is to answer
 }  // namespace
 
 Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
-             std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control)
+             std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
+             Reloader& reloader)
     : emulator_(emulator),
       network_(network),
       options_(options),
       statistics_(std::move(statistics)),
       snapshots_(snapshots),
       control_(control),
+      reloader_(reloader),
       now_(emulator.Final()),
       terminal_(isatty(STDOUT_FILENO) != 0),
       last_ns_(rt::MonotonicNs()) {}
 
 void Watch::Run(const StopSignals& signals) {
+  manager_.TellReady();
   for (bool ended = false; !ended;) {
     ended = Wait(signals);
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
     LogSafetyChanges();
+    TellThatItLives();
     if (control_ != nullptr) control_->Serve(now_);
     snapshots_.WriteAllOrTell(emulator_);
     if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
   }
+  manager_.TellStopping();
   if (terminal_) std::cout << '\n';
+}
+
+/// Only while the simulation's loop goes on: one that hangs lets the watchdog bite.
+void Watch::TellThatItLives() {
+  const std::uint64_t turns = emulator_.Turns();
+  if (turns != turns_) manager_.TellAlive();
+  turns_ = turns;
 }
 
 bool Watch::Wait(const StopSignals& signals) {
@@ -60,11 +72,19 @@ bool Watch::TakeSignals(const StopSignals& signals) {
   while (const int signal = signals.Next()) {
     if (signal == SIGUSR1) {
       emulator_.PutRequest({.kind = Request::Kind::kSnapshot});
+    } else if (signal == SIGHUP && !terminal_) {  // from a terminal that closes it is the end
+      Reload();
     } else {
       end = true;
     }
   }
   return end;
+}
+
+void Watch::Reload() {
+  manager_.TellReloading();
+  reloader_.Reload();
+  manager_.TellReady();
 }
 
 void Watch::LogWhatWentWrong() {
@@ -111,10 +131,12 @@ void Watch::WriteStatisticsSoFar() {
 
 void Watch::TellEachSecond() {
   const std::int64_t now_ns = rt::MonotonicNs();
-  if (terminal_) {
+  if (terminal_ || manager_.Exists()) {
     const double ticks_per_s =
         static_cast<double>(now_.sample.tick - last_tick_) * 1e9 / static_cast<double>(now_ns - last_ns_);
-    std::cout << "\r\033[K" << StatusLine(now_, ticks_per_s, emulator_, network_.Statistics()) << std::flush;
+    const std::string line = StatusLine(now_, ticks_per_s, emulator_, network_.Statistics());
+    manager_.TellStatus(line);
+    if (terminal_) std::cout << "\r\033[K" << line << std::flush;
   }
   WriteStatisticsSoFar();
   last_ns_ = now_ns;

@@ -1,10 +1,12 @@
 #pragma once
-/// The main thread while the emulator runs: signals, status line, statistics, snapshots, and what must be
-/// told at once.
+/// The main thread while the emulator runs: signals, status line, statistics, snapshots, service manager, and
+/// what must be told at once.
 
 #include <filesystem>
 
 #include "control/server.hpp"
+#include "reload.hpp"
+#include "service_manager.hpp"
 #include "servohil/app/emulator.hpp"
 #include "servohil/can/network.hpp"
 #include "snapshot_writer.hpp"
@@ -15,9 +17,11 @@ namespace servohil::app {
 class Watch {
  public:
   /// Before the emulator starts. @param statistics  file to write each second; empty: none
-  /// @param control  null: none. All must outlive it.
+  /// @param control  null: none
+  /// @param reloader  called at SIGHUP. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
-        std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control);
+        std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
+        Reloader& reloader);
 
   /// Until a stop signal or the end of the run.
   void Run(const StopSignals& signals);
@@ -27,6 +31,8 @@ class Watch {
   bool Wait(const StopSignals& signals);
   /// @return whether one asked for the end
   bool TakeSignals(const StopSignals& signals);
+  void Reload();
+  void TellThatItLives();
   void LogWhatWentWrong();
   void LogSafetyChanges();
   std::string OnLossText() const;
@@ -39,12 +45,15 @@ class Watch {
   std::filesystem::path statistics_;
   const SnapshotWriter& snapshots_;
   control::Server* control_;
+  Reloader& reloader_;
+  ServiceManager manager_;
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;
   bool terminal_;
   std::int64_t last_ns_;
   std::uint64_t last_tick_ = 0;
+  std::uint64_t turns_ = 0;
 };
 
 }  // namespace servohil::app

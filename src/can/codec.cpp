@@ -1,6 +1,7 @@
 #include "servohil/can/codec.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -48,6 +49,57 @@ RawLimits StatedRange(const Signal& signal) noexcept {
   return {-kInfinity, kInfinity};  // no raw value lies inside: the range cannot be meant
 }
 
+/// The raw bits as the number that they are.
+double RawNumber(const Signal& signal, std::int64_t raw) noexcept {
+  const auto bits = static_cast<std::uint64_t>(raw);
+  switch (signal.type) {
+    case ValueType::kFloat32:
+      return double{std::bit_cast<float>(static_cast<std::uint32_t>(bits))};
+    case ValueType::kFloat64:
+      return std::bit_cast<double>(bits);
+    case ValueType::kInteger:
+      break;
+  }
+  return signal.is_signed ? static_cast<double>(raw) : static_cast<double>(bits);
+}
+
+bool EncodeInteger(const Signal& signal, double physical, std::span<std::uint8_t> data) noexcept {
+  const RawField field = FieldOf(signal);
+  const RawLimits range = StatedRange(signal);
+  const double wanted = std::round((physical - signal.offset) / signal.factor);
+  const double lowest = signal.factor < 0.0 ? range.high : range.low;  // raw value of the physical minimum
+  const double x = std::isnan(wanted) ? std::clamp(lowest, field.first, field.end)
+                                      : std::clamp(wanted, range.low, range.high);
+  std::int64_t raw = 0;
+  if (x < field.first) {
+    raw = static_cast<std::int64_t>(field.first);
+  } else if (x >= field.end) {
+    raw = LargestRaw(signal);
+  } else if (signal.is_signed) {
+    raw = static_cast<std::int64_t>(x);
+  } else {
+    raw = static_cast<std::int64_t>(static_cast<std::uint64_t>(x));
+  }
+  InsertRaw(signal, raw, data);
+  return x == wanted && x >= field.first && x < field.end;
+}
+
+bool EncodeFloat(const Signal& signal, double physical, std::span<std::uint8_t> data) noexcept {
+  const bool single = signal.type == ValueType::kFloat32;
+  const bool stated = signal.minimum != 0.0 || signal.maximum != 0.0;
+  const double inside = stated && signal.minimum <= signal.maximum
+                            ? std::clamp(physical, signal.minimum, signal.maximum)
+                            : physical;
+  const double wanted = (inside - signal.offset) / signal.factor;
+  const double largest =
+      single ? double{std::numeric_limits<float>::max()} : std::numeric_limits<double>::max();
+  const double number = std::clamp(wanted, -largest, largest);  // NaN stays NaN
+  const std::uint64_t bits = single ? std::bit_cast<std::uint32_t>(static_cast<float>(number))
+                                    : std::bit_cast<std::uint64_t>(number);
+  InsertRaw(signal, static_cast<std::int64_t>(bits), data);
+  return inside == physical && number == wanted;
+}
+
 }  // namespace
 
 std::int64_t ExtractRaw(const Signal& signal, std::span<const std::uint8_t> data) noexcept {
@@ -74,32 +126,28 @@ void InsertRaw(const Signal& signal, std::int64_t raw, std::span<std::uint8_t> d
   });
 }
 
+bool Carries(const Message& message, const Signal& signal, std::span<const std::uint8_t> data) noexcept {
+  if (signal.multiplexing == Multiplexing::kAlways || signal.multiplexing == Multiplexing::kSelector)
+    return true;
+  const Signal* selector = message.Selector();
+  return selector != nullptr && ExtractRaw(*selector, data) == signal.selected_by;
+}
+
 double Decode(const Signal& signal, std::span<const std::uint8_t> data) noexcept {
-  const std::int64_t raw = ExtractRaw(signal, data);
-  const double value =
-      signal.is_signed ? static_cast<double>(raw) : static_cast<double>(static_cast<std::uint64_t>(raw));
-  return value * signal.factor + signal.offset;
+  return RawNumber(signal, ExtractRaw(signal, data)) * signal.factor + signal.offset;
+}
+
+bool IsExact(const Signal& signal, std::int64_t raw) noexcept {
+  if (signal.type != ValueType::kInteger || raw == 0) return true;
+  const auto bits = static_cast<std::uint64_t>(raw);
+  const std::uint64_t magnitude = signal.is_signed && raw < 0 ? ~bits + 1 : bits;
+  const int significant = 64 - std::countl_zero(magnitude) - std::countr_zero(magnitude);
+  return significant <= std::numeric_limits<double>::digits;
 }
 
 bool Encode(const Signal& signal, double physical, std::span<std::uint8_t> data) noexcept {
-  const RawField field = FieldOf(signal);
-  const RawLimits range = StatedRange(signal);
-  const double wanted = std::round((physical - signal.offset) / signal.factor);
-  const double lowest = signal.factor < 0.0 ? range.high : range.low;  // raw value of the physical minimum
-  const double x = std::isnan(wanted) ? std::clamp(lowest, field.first, field.end)
-                                      : std::clamp(wanted, range.low, range.high);
-  std::int64_t raw = 0;
-  if (x < field.first) {
-    raw = static_cast<std::int64_t>(field.first);
-  } else if (x >= field.end) {
-    raw = LargestRaw(signal);
-  } else if (signal.is_signed) {
-    raw = static_cast<std::int64_t>(x);
-  } else {
-    raw = static_cast<std::int64_t>(static_cast<std::uint64_t>(x));
-  }
-  InsertRaw(signal, raw, data);
-  return x == wanted && x >= field.first && x < field.end;
+  return signal.type == ValueType::kInteger ? EncodeInteger(signal, physical, data)
+                                            : EncodeFloat(signal, physical, data);
 }
 
 }  // namespace servohil::can

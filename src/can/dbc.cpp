@@ -6,13 +6,12 @@
 #include <sstream>
 #include <system_error>
 
+#include "dbc_check.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
 
 namespace servohil::can {
 namespace {
-
-constexpr int kLargestFrame = 64;  // bytes, CAN FD
 
 template <typename Items>
 const typename Items::value_type* FindByName(const Items& items, std::string_view name) {
@@ -36,10 +35,28 @@ std::string Suggestion(const Items& items, std::string_view wrong) {
   return names.size() > kMostListed ? list + " ..." : list;
 }
 
+[[noreturn]] void FailMissing(const Databases& databases, std::string_view message_name) {
+  std::string names;
+  std::vector<Message> all;
+  for (const Database& file : databases.files) {
+    names += (names.empty() ? "" : ", ") + file.file;
+    all.insert(all.end(), file.messages.begin(), file.messages.end());
+  }
+  throw UsageError(names + ": no message '" + std::string(message_name) + "'" +
+                   Suggestion(all, message_name));
+}
+
 }  // namespace
 
 const Signal* Message::FindSignal(std::string_view signal_name) const {
   return FindByName(signals, signal_name);
+}
+
+const Signal* Message::Selector() const {
+  const auto at = std::find_if(signals.begin(), signals.end(), [](const Signal& signal) {
+    return signal.multiplexing == Multiplexing::kSelector;
+  });
+  return at == signals.end() ? nullptr : &*at;
 }
 
 const Message* Database::FindMessage(std::string_view message_name) const {
@@ -52,21 +69,7 @@ const Message& Database::RequireMessage(std::string_view message_name) const {
     throw UsageError(file + ": no message '" + std::string(message_name) + "'" +
                      Suggestion(messages, message_name));
   }
-  const auto refuse = [&](int line, const std::string& what) {
-    throw UsageError(file + ":" + std::to_string(line) + ": message '" + message->name + "' " + what);
-  };
-  if (message->size_bytes > kLargestFrame) {
-    refuse(message->line, "has " + std::to_string(message->size_bytes) + " bytes; a CAN FD frame holds 64");
-  }
-  for (const Signal& signal : message->signals) {
-    if (signal.multiplexed) {
-      refuse(signal.line, "has the multiplexed signal '" + signal.name + "': multiplexing is not supported");
-    }
-    if (signal.is_float) {
-      refuse(signal.line, "has the floating-point signal '" + signal.name +
-                              "' (SIG_VALTYPE_): only integers with factor and offset are supported");
-    }
-  }
+  CheckUsable(*this, *message);
   return *message;
 }
 
@@ -78,6 +81,31 @@ const Signal& Database::RequireSignal(const Message& message, std::string_view s
                      Suggestion(message.signals, signal_name));
   }
   return *signal;
+}
+
+Databases::Found Databases::RequireMessage(std::string_view message_name) const {
+  const auto at = std::find_if(files.begin(), files.end(), [&](const Database& file) {
+    return file.FindMessage(message_name) != nullptr;
+  });
+  if (at == files.end()) FailMissing(*this, message_name);
+  const Message& message = at->RequireMessage(message_name);
+  for (const Database& other : files) {
+    if (&other == &*at) continue;
+    for (const Message& twin : other.messages) {
+      if (twin.name != message.name && (twin.id != message.id || twin.extended != message.extended)) continue;
+      throw UsageError(other.file + ":" + std::to_string(twin.line) + ": message '" + twin.name +
+                       "' has the " + (twin.name == message.name ? "name" : "id") + " of '" + message.name +
+                       "' in " + at->file + ":" + std::to_string(message.line) +
+                       ": leave one of the two files out");
+    }
+  }
+  return {&*at, &message};
+}
+
+Databases ReadDbcs(const std::vector<std::string>& files) {
+  Databases databases;
+  for (const std::string& file : files) databases.files.push_back(ReadDbc(file));
+  return databases;
 }
 
 Database ReadDbc(const std::filesystem::path& file) {

@@ -10,6 +10,7 @@
 namespace servohil::can {
 namespace {
 
+constexpr int kLargestFrame = 64;                          // bytes, CAN FD
 constexpr std::uint32_t kLargestStandardId = 0x7FF;        // 11 bits
 constexpr std::uint32_t kLargestExtendedId = 0x1FFF'FFFF;  // 29 bits
 
@@ -38,28 +39,38 @@ void CheckIdentity(const Database& database, const Message& message) {
   }
 }
 
+/// Whether a frame can have both. With extended multiplexing that is not decided here.
+bool Together(const Signal& a, const Signal& b) {
+  if (a.multiplexing == Multiplexing::kExtended || b.multiplexing == Multiplexing::kExtended) return false;
+  const bool both_selected =
+      a.multiplexing == Multiplexing::kSelected && b.multiplexing == Multiplexing::kSelected;
+  return !both_selected || a.selected_by == b.selected_by;
+}
+
+std::string Place(const Signal& signal) {
+  return "signal '" + signal.name + "' (" + std::to_string(signal.start_bit) + "|" +
+         std::to_string(signal.length_bits) + "@" + (signal.little_endian ? "1)" : "0)");
+}
+
 void CheckPlaces(const Database& database, const Message& message) {
   const auto size = static_cast<std::size_t>(message.size_bytes);
-  std::vector<const Signal*> owner(size * 8, nullptr);
+  std::vector<std::vector<const Signal*>> owners(size * 8);
   for (const Signal& signal : message.signals) {
-    const std::string called = "signal '" + signal.name + "' (" + std::to_string(signal.start_bit) + "|" +
-                               std::to_string(signal.length_bits) + "@" +
-                               (signal.little_endian ? "1)" : "0)");
     ForEachChunk(signal, [&](const BitChunk& chunk) {
       if (chunk.byte >= size) {
         Fail(database, signal.line,
-             called + " reaches beyond the " + std::to_string(size) + " bytes of message '" + message.name +
-                 "'");
+             Place(signal) + " reaches beyond the " + std::to_string(size) + " bytes of message '" +
+                 message.name + "'");
       }
-      if (signal.multiplexed) return;
       for (int bit = 0; bit < chunk.count; ++bit) {
-        const Signal*& here = owner[chunk.byte * 8 + static_cast<std::size_t>(chunk.low_bit + bit)];
-        if (here != nullptr) {
+        auto& here = owners[chunk.byte * 8 + static_cast<std::size_t>(chunk.low_bit + bit)];
+        for (const Signal* other : here) {
+          if (!Together(signal, *other)) continue;
           Fail(database, signal.line,
-               called + " overlaps signal '" + here->name + "' of line " + std::to_string(here->line) +
-                   " in byte " + std::to_string(chunk.byte));
+               Place(signal) + " overlaps signal '" + other->name + "' of line " +
+                   std::to_string(other->line) + " in byte " + std::to_string(chunk.byte));
         }
-        here = &signal;
+        here.push_back(&signal);
       }
     });
   }
@@ -81,6 +92,43 @@ void CheckNewMessage(const Database& database, const Message& message) {
   CheckIdentity(database, message);
   CheckNames(database, message);
   CheckPlaces(database, message);
+}
+
+void CheckUsable(const Database& database, const Message& message) {
+  const auto refuse = [&](int line, const std::string& what) {
+    Fail(database, line, "message '" + message.name + "' " + what);
+  };
+  if (message.size_bytes > kLargestFrame) {
+    refuse(message.line, "has " + std::to_string(message.size_bytes) + " bytes; a CAN FD frame holds 64");
+  }
+  for (const Signal& signal : message.signals) {
+    const Signal* selector = message.Selector();
+    switch (signal.multiplexing) {
+      case Multiplexing::kAlways:
+        break;
+      case Multiplexing::kExtended:
+        refuse(signal.line, "has the signal '" + signal.name +
+                                "' with extended multiplexing (m0M, or several values in " +
+                                "SG_MUL_VAL_): only one multiplexer M and its m0, m1, ... are supported");
+        break;
+      case Multiplexing::kSelected:
+        if (selector == nullptr) {
+          refuse(signal.line, "has the multiplexed signal '" + signal.name + "', but no multiplexer (M)");
+        }
+        break;
+      case Multiplexing::kSelector:
+        if (selector != &signal) {
+          refuse(signal.line, "has two multiplexers (M): '" + selector->name + "' and '" + signal.name + "'");
+        }
+        break;
+    }
+    const int bits = signal.type == ValueType::kFloat64 ? 64 : 32;
+    if (signal.type != ValueType::kInteger && signal.length_bits != bits) {
+      refuse(signal.line, "has the floating-point signal '" + signal.name + "' (SIG_VALTYPE_ " +
+                              (bits == 64 ? "2" : "1") + ") of " + std::to_string(signal.length_bits) +
+                              " bits, expected " + std::to_string(bits));
+    }
+  }
 }
 
 }  // namespace servohil::can

@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <charconv>
 #include <map>
+#include <system_error>
 
+#include "dbc_attributes.hpp"
 #include "dbc_check.hpp"
 #include "dbc_tokens.hpp"
 #include "servohil/can/dbc.hpp"
@@ -15,14 +18,17 @@ constexpr std::uint32_t kIndependentSignals = 0xC000'0000;
 constexpr int kLargestSize = 1785;
 constexpr int kLongestSignal = 64;
 
-/// "m0", "m12M", "M": multiplexing indicator between a signal's name and its colon.
-bool IsMultiplexing(const Token& token) {
-  const std::string& text = token.text;
-  if (text == "M") return true;
+/// "m0", "m12M", "M": multiplexing indicator between a signal's name and its colon. False: it is none.
+bool ReadMultiplexing(const std::string& text, Signal& signal) {
+  if (text == "M") {
+    signal.multiplexing = Multiplexing::kSelector;
+    return true;
+  }
   if (text.size() < 2 || text.front() != 'm') return false;
-  const std::size_t digits = text.back() == 'M' ? text.size() - 2 : text.size() - 1;
-  return digits > 0 && std::all_of(text.begin() + 1, text.begin() + 1 + static_cast<std::ptrdiff_t>(digits),
-                                   [](char c) { return c >= '0' && c <= '9'; });
+  const char* const end = text.data() + text.size() - (text.back() == 'M' ? 1 : 0);
+  const auto [stop, error] = std::from_chars(text.data() + 1, end, signal.selected_by);
+  signal.multiplexing = text.back() == 'M' ? Multiplexing::kExtended : Multiplexing::kSelected;
+  return stop == end && error == std::errc{} && signal.selected_by >= 0;
 }
 
 class Parser {
@@ -31,6 +37,7 @@ class Parser {
 
   Database Parse() {
     while (!in_.AtEnd()) Statement();
+    for (const auto& [raw_id, index] : by_raw_id_) attributes_.Apply(raw_id, database_.messages[index]);
     return std::move(database_);
   }
 
@@ -59,9 +66,17 @@ class Parser {
     } else if (keyword.text == "VAL_") {
       ValueNames();
     } else if (keyword.text == "SIG_VALTYPE_") {
-      ValueType();
+      ValueTypeStatement();
+    } else if (keyword.text == "SG_MUL_VAL_") {
+      SelectingValues(keyword);
+    } else if (keyword.text == "BA_DEF_") {
+      attributes_.Define(Rest(keyword));
+    } else if (keyword.text == "BA_DEF_DEF_") {
+      attributes_.Default(Rest(keyword));
+    } else if (keyword.text == "BA_") {
+      attributes_.Set(Rest(keyword));
     } else {
-      SkipStatement(keyword);
+      Rest(keyword);  // of no interest
     }
   }
 
@@ -90,9 +105,10 @@ class Parser {
 
   void EndOfStatement(const std::string& keyword) { in_.TakeMark(";", "at the end of " + keyword); }
 
-  /// A statement of no interest. One that runs into a message is a mistyped word, not to be passed over
+  /// Tokens up to ';'. A statement that runs into a message is a mistyped word, not to be passed over
   /// silently.
-  void SkipStatement(const Token& keyword) {
+  std::vector<Token> Rest(const Token& keyword) {
+    std::vector<Token> tokens;
     int line = keyword.line;
     while (!in_.AtMark(";")) {
       const bool message_begins = (in_.AtName("BO_") || in_.AtName("SG_")) && in_.Ahead().line != line;
@@ -100,9 +116,11 @@ class Parser {
         in_.Fail(keyword.line, "expected a statement with ';' at its end, found " + Describe(keyword) +
                                    " and then " + Describe(in_.Ahead()));
       }
-      line = in_.Advance().end_line;
+      tokens.push_back(in_.Advance());
+      line = tokens.back().end_line;
     }
     in_.Advance();
+    return tokens;
   }
 
   void MessageStatement(int line) {
@@ -130,8 +148,9 @@ class Parser {
     signal.line = line;
     signal.name = in_.Take(TokenKind::kName, "the signal's name after SG_").text;
     if (in_.AtName()) {
-      if (!IsMultiplexing(in_.Ahead())) in_.FailExpected("':' or a multiplexing indicator (M, m0, m1, ...)");
-      signal.multiplexed = true;
+      if (!ReadMultiplexing(in_.Ahead().text, signal)) {
+        in_.FailExpected("':' or a multiplexing indicator (M, m0, m1, ...)");
+      }
       in_.Advance();
     }
     in_.TakeMark(":", "after the signal's name");
@@ -201,12 +220,23 @@ class Parser {
     EndOfStatement("VAL_");
   }
 
-  void ValueType() {
+  void ValueTypeStatement() {
     Signal* signal = TakeSignal("SIG_VALTYPE_");
     if (in_.AtMark(":")) in_.Advance();
-    const bool is_float = in_.TakeInteger("0 (integer), 1 (float) or 2 (double)", 0, 3) != 0;
+    const std::int64_t type = in_.TakeInteger("0 (integer), 1 (float) or 2 (double)", 0, 2);
     EndOfStatement("SIG_VALTYPE_");
-    if (signal != nullptr) signal->is_float = is_float;
+    if (signal != nullptr) signal->type = static_cast<ValueType>(type);
+  }
+
+  /// "id signal selector 3-3;": tools repeat here what m3 says. Several values, or a selector that is
+  /// selected itself, are extended multiplexing.
+  void SelectingValues(const Token& keyword) {
+    Signal* signal = TakeSignal("SG_MUL_VAL_");
+    const std::vector<Token> rest = Rest(keyword);
+    if (signal == nullptr || signal->multiplexing != Multiplexing::kSelected) return;
+    const std::string value = std::to_string(signal->selected_by);
+    const bool one_value = rest.size() == 3 && rest[1].text == value && rest[2].text == "-" + value;
+    if (!one_value) signal->multiplexing = Multiplexing::kExtended;
   }
 
   /// Comments and value names may speak of what is not there: such leftovers are common and harmless.
@@ -225,6 +255,7 @@ class Parser {
 
   DbcTokens in_;
   Database database_;
+  DbcAttributes attributes_;
   std::map<std::uint32_t, std::size_t> by_raw_id_;
 };
 

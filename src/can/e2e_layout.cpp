@@ -107,7 +107,7 @@ class Maker {
     const int low = signal->little_endian ? signal->start_bit : signal->start_bit - signal->length_bits + 1;
     const bool one_byte = signal->length_bits <= 8 && low >= 0 &&
                           low / 8 == (low + signal->length_bits - 1) / 8 && low / 8 < message_.size_bytes;
-    if (!one_byte || signal->is_float)
+    if (!one_byte || signal->type != ValueType::kInteger)
       Fail("has " + what + " within one byte; the signal " + signal->name + " does not lie so");
     return {static_cast<std::size_t>(low / 8), low % 8, signal->length_bits};
   }

@@ -21,6 +21,11 @@ std::string Suggestion(const std::string& url) {
   return {};
 }
 
+[[noreturn]] void ThrowUnknown(const std::string& url) {
+  throw UsageError("unknown bus '" + url +
+                   "': expected socketcan:IFACE, slcan:pty[:LINK] or slcan:/dev/DEVICE" + Suggestion(url));
+}
+
 }  // namespace
 
 std::unique_ptr<Bus> OpenBus(const std::string& url, const BusOptions& options) {
@@ -34,8 +39,16 @@ std::unique_ptr<Bus> OpenBus(const std::string& url, const BusOptions& options) 
   if (const auto device = After("slcan:", url); device && device->rfind('/', 0) == 0) {
     return std::make_unique<SlcanSerial>(*device, options);
   }
-  throw UsageError("unknown bus '" + url +
-                   "': expected socketcan:IFACE, slcan:pty[:LINK] or slcan:/dev/DEVICE" + Suggestion(url));
+  ThrowUnknown(url);
+}
+
+void CheckUrl(const std::string& url) {
+  const auto interface = After("socketcan:", url);
+  const auto link = After("slcan:pty:", url);
+  const auto device = After("slcan:", url);
+  const bool known = (interface && !interface->empty()) || (link && !link->empty()) || url == "slcan:pty" ||
+                     url == "auto" || (device && device->rfind('/', 0) == 0);
+  if (!known) ThrowUnknown(url);
 }
 
 std::string AutomaticUrl(std::span<const std::string> interfaces) {

@@ -24,6 +24,7 @@ canfd_frame ToKernel(const Frame& frame) noexcept {
   kernel.can_id = frame.extended ? (frame.id & CAN_EFF_MASK) | CAN_EFF_FLAG : frame.id & CAN_SFF_MASK;
   const std::size_t size = std::min<std::size_t>(frame.size, frame.fd ? CANFD_MAX_DLEN : CAN_MAX_DLEN);
   kernel.len = kSizeOfCode[CodeOfSize(size)];
+  if (frame.error) kernel.can_id = (frame.id & CAN_ERR_MASK) | CAN_ERR_FLAG;
   if (frame.remote) {
     kernel.can_id |= CAN_RTR_FLAG;
   } else {

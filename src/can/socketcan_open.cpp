@@ -44,8 +44,8 @@ std::vector<can_filter> KernelFilters(const std::vector<WantedId>& wanted) {
     // The flags are part of the comparison: a remote frame, or the same number in the other format, is
     // another.
     const canid_t flags = CAN_EFF_FLAG | CAN_RTR_FLAG;
-    filters.push_back(
-        {id.extended ? (id.id | CAN_EFF_FLAG) : id.id, flags | (id.extended ? CAN_EFF_MASK : CAN_SFF_MASK)});
+    filters.push_back({id.extended ? (id.id | CAN_EFF_FLAG) : id.id,
+                       flags | (id.mask & (id.extended ? CAN_EFF_MASK : CAN_SFF_MASK))});
   }
   return filters;
 }

@@ -66,6 +66,7 @@ Derived::Derived(const Parameters& p) noexcept
   V4 = s.relay_volume_in3;
   spring_compliance = A2 * A2 / k2;
 
+  x1_low = full ? s.relay_piston_lowest_in : -kInfinity;
   x1_stop = full ? s.relay_piston_stroke_in : kInfinity;
   plunger_travel = s.relay_plunger_travel_in;
   plunger_low_psi = full ? (Fs - k2 * plunger_travel) / A2 : -kInfinity;

@@ -32,7 +32,7 @@ inline double PlungerAgainstBushing(const Derived& d, double P4, Plunger plunger
 
 inline double RelayPistonPosition(const Derived& d, double P1) noexcept {
   const double x1 = P1 * d.x1_per_psi;  // (2.1)
-  return x1 <= 0.0 && d.full ? 0.0 : x1 >= d.x1_stop ? d.x1_stop : x1;
+  return x1 <= d.x1_low ? d.x1_low : x1 >= d.x1_stop ? d.x1_stop : x1;
 }
 
 /// 1/(V s + C) for a compressibility s [1/psi].

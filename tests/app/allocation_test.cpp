@@ -74,7 +74,7 @@ TEST(Allocations, AndPageFaultsAreNoneInTenThousandTicksAfterTheStart) {
     loop.Run(stop, [&](const rt::LoopTiming& timing) noexcept {
       if (timing.wakes % 100 == 0)
         governor.Send(setup.start.p1_psi + static_cast<double>(timing.wakes) * 1e-4);
-      while (task->TryPopTelemetry(drained)) {
+      while (task->TryPopPublication(drained)) {
       }
       return task->Wake(timing);
     });

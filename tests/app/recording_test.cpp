@@ -542,11 +542,11 @@ TEST_F(RecordingReaderErrors, AnOlderRecordingLacksWhatWasAddedLater) {
     for (const char* added : {"samples/safety_cause", "influences/safety_state", "influences/safety_cause"})
       H5Ldelete(file, added, H5P_DEFAULT);
     H5Adelete(file, "servohil_recording");
-    const std::uint64_t first_format = 1;
+    const std::uint64_t format_before = 2;
     const hid_t space = H5Screate(H5S_SCALAR);
     const hid_t attribute =
         H5Acreate2(file, "servohil_recording", H5T_STD_U64LE, space, H5P_DEFAULT, H5P_DEFAULT);
-    H5Awrite(attribute, H5T_NATIVE_UINT64, &first_format);
+    H5Awrite(attribute, H5T_NATIVE_UINT64, &format_before);
     H5Aclose(attribute);
     H5Sclose(space);
   });

@@ -155,6 +155,88 @@ TEST(Codec, ExtremeValuesSaturateInEveryLength) {
   }
 }
 
+Signal Float(ValueType type, Signal at) {
+  at.type = type;
+  return at;
+}
+
+TEST(Codec, FloatsAreTheBitsOfIeee754) {
+  // -1.5 is BFC00000, 0.1 is 3FB999999999999A; Motorola writes the most significant byte first.
+  Bytes data{0x00, 0x00, 0xC0, 0xBF};
+  EXPECT_EQ(Decode(Float(ValueType::kFloat32, Intel(0, 32)), data), -1.5);
+  EXPECT_EQ(Decode(Float(ValueType::kFloat32, Intel(0, 32, true)), data), -1.5);
+  EXPECT_TRUE(Encode(Float(ValueType::kFloat64, Motorola(7, 64)), 0.1, data));
+  EXPECT_EQ(data, (Bytes{0x3F, 0xB9, 0x99, 0x99, 0x99, 0x99, 0x99, 0x9A}));
+  EXPECT_EQ(Decode(Float(ValueType::kFloat64, Motorola(7, 64)), data), 0.1);
+}
+
+TEST(Codec, FloatsHaveFactorOffsetAndRange) {
+  Signal signal = Float(ValueType::kFloat32, Intel(0, 32));
+  signal.factor = 0.5;
+  signal.offset = 10.0;
+  signal.minimum = -20.0;
+  signal.maximum = 20.0;
+  Bytes data{};
+  EXPECT_TRUE(Encode(signal, 12.25, data));
+  EXPECT_EQ(data, (Bytes{0x00, 0x00, 0x90, 0x40}));  // 4.5
+  EXPECT_EQ(Decode(signal, data), 12.25);
+  EXPECT_FALSE(Encode(signal, 21.0, data));
+  EXPECT_EQ(Decode(signal, data), 20.0);
+  EXPECT_FALSE(Encode(signal, -kInfinity, data));
+  EXPECT_EQ(Decode(signal, data), -20.0);
+}
+
+TEST(Codec, FloatsWithoutRangeSaturateAtTheLargestNumberAndKeepNan) {
+  const Signal signal = Float(ValueType::kFloat32, Intel(0, 32));
+  Bytes data{};
+  EXPECT_FALSE(Encode(signal, 1e39, data));
+  EXPECT_EQ(Decode(signal, data), double{std::numeric_limits<float>::max()});
+  EXPECT_FALSE(Encode(signal, kNan, data));
+  EXPECT_TRUE(std::isnan(Decode(signal, data)));
+}
+
+TEST(Codec, TellsWhichRawValuesADoubleHolds) {
+  const Signal wide = Intel(0, 64);
+  const Signal negative = Intel(0, 64, true);
+  const std::int64_t exact = std::int64_t{1} << 53;
+  EXPECT_TRUE(IsExact(wide, 0));
+  EXPECT_TRUE(IsExact(wide, exact));
+  EXPECT_FALSE(IsExact(wide, exact + 1));
+  EXPECT_TRUE(IsExact(wide, exact + 2));
+  EXPECT_FALSE(IsExact(wide, -1));  // 2^64 - 1
+  EXPECT_TRUE(IsExact(negative, -1));
+  EXPECT_TRUE(IsExact(negative, std::numeric_limits<std::int64_t>::min()));
+  EXPECT_FALSE(IsExact(negative, std::numeric_limits<std::int64_t>::min() + 1));
+  EXPECT_TRUE(IsExact(Float(ValueType::kFloat64, wide), -1));
+}
+
+RC_GTEST_PROP(CodecProperty, ExactValuesAreThoseThatComeBack, ()) {
+  const auto raw = *rc::gen::arbitrary<std::int64_t>() / (std::int64_t{1} << *rc::gen::inRange(0, 20));
+  const Signal wide = Intel(0, 64, true);
+  const auto there = static_cast<double>(raw);
+  RC_PRE(there < 0x1p63);
+  RC_ASSERT(IsExact(wide, raw) == (static_cast<std::int64_t>(there) == raw));
+}
+
+TEST(Codec, ASelectedSignalIsThereWhileTheSelectorSaysSo) {
+  Message message;
+  message.signals = {Intel(0, 4), Intel(8, 8), Intel(8, 16), Intel(4, 4)};
+  message.signals[0].multiplexing = Multiplexing::kSelector;
+  message.signals[1].multiplexing = Multiplexing::kSelected;
+  message.signals[1].selected_by = 2;
+  message.signals[2].multiplexing = Multiplexing::kSelected;
+  message.signals[2].selected_by = 3;
+  const Bytes two{0xF2};
+  const Bytes nothing{0xF0};
+  const auto carried = [&](const Bytes& data) {
+    std::vector<bool> answers;
+    for (const Signal& signal : message.signals) answers.push_back(Carries(message, signal, data));
+    return answers;
+  };
+  EXPECT_EQ(carried(two), (std::vector{true, true, false, true}));
+  EXPECT_EQ(carried(nothing), (std::vector{true, false, false, true}));
+}
+
 /// A signal of any length that lies inside 64 bytes, in any byte order.
 rc::Gen<Signal> AnySignal() {
   return rc::gen::exec([] {

@@ -1,7 +1,8 @@
 /// Reader and codec as a filter, for comparison with an independent implementation.
 ///
 ///   dbc_probe FILE         prints the database as JSON, then answers each line of standard input with one:
-///     d MESSAGE SIGNAL HEX            the raw value and the physical value
+///     d MESSAGE SIGNAL HEX            the raw value and the physical value; "absent" where the multiplexer
+///                                     selects others
 ///     r MESSAGE SIGNAL RAW HEX        the data with this raw value inserted
 ///     e MESSAGE SIGNAL PHYSICAL HEX   the data with this physical value encoded, and 1 or 0 (saturated)
 /// Wrong files or lines end it with status 2 and a message.
@@ -24,6 +25,7 @@ namespace {
 using servohil::can::Database;
 using servohil::can::Message;
 using servohil::can::Signal;
+using servohil::can::ValueType;
 
 nlohmann::json ToJson(const Signal& signal) {
   nlohmann::json values = nlohmann::json::object();
@@ -40,8 +42,10 @@ nlohmann::json ToJson(const Signal& signal) {
           {"unit", signal.unit},
           {"comment", signal.comment},
           {"values", values},
-          {"multiplexed", signal.multiplexed},
-          {"is_float", signal.is_float}};
+          {"multiplexing", signal.multiplexing},
+          {"selected_by", signal.selected_by},
+          {"is_float", signal.type != ValueType::kInteger},
+          {"start_raw", signal.start_raw}};
 }
 
 nlohmann::json ToJson(const Database& database) {
@@ -52,6 +56,9 @@ nlohmann::json ToJson(const Database& database) {
     messages.push_back({{"name", message.name},
                         {"id", message.id},
                         {"extended", message.extended},
+                        {"fd", message.fd},
+                        {"bit_rate_switch", message.bit_rate_switch},
+                        {"cycle_ms", message.cycle_ms},
                         {"size_bytes", message.size_bytes},
                         {"sender", message.sender},
                         {"comment", message.comment},
@@ -84,11 +91,14 @@ std::string Answer(const Database& database, const std::string& line) {
   if (command != "d") words >> value;
   std::string hex;
   words >> hex;
-  const Signal& signal = database.RequireSignal(database.RequireMessage(message), name);
+  const Message& layout = database.RequireMessage(message);
+  const Signal& signal = database.RequireSignal(layout, name);
   std::vector<std::uint8_t> data = FromHex(hex);
   std::ostringstream answer;
   answer << std::setprecision(17);
-  if (command == "d") {
+  if (command == "d" && !servohil::can::Carries(layout, signal, data)) {
+    answer << "absent";
+  } else if (command == "d") {
     const std::int64_t raw = servohil::can::ExtractRaw(signal, data);
     answer << (signal.is_signed ? std::to_string(raw) : std::to_string(static_cast<std::uint64_t>(raw)))
            << " " << servohil::can::Decode(signal, data);

@@ -134,12 +134,18 @@ TEST(Dbc, RefusesSignalsThatDoNotFit) {
   EXPECT_EQ(ErrorOf(WithSignal("SG_ S : 56|8@1+ (1,0) [0|0] \"\" A")), "no error");
 }
 
-TEST(Dbc, RefusesOverlapUnlessMultiplexed) {
-  EXPECT_EQ(ErrorOf(WithSignal("SG_ S : 0|12@1+ (1,0) [0|0] \"\" A\n SG_ T : 15|8@0+ (1,0) [0|0] \"\" A")),
-            "x.dbc:9: signal 'T' (15|8@0) overlaps signal 'S' of line 8 in byte 1");
-  EXPECT_EQ(
-      ErrorOf(WithSignal("SG_ S m0 : 0|12@1+ (1,0) [0|0] \"\" A\n SG_ T m1 : 15|8@0+ (1,0) [0|0] \"\" A")),
-      "no error");
+TEST(Dbc, RefusesOverlapOfSignalsThatAFrameCanHaveTogether) {
+  const auto two = [](const std::string& first, const std::string& second) {
+    return ErrorOf(WithSignal("SG_ Which M : 63|1@1+ (1,0) [0|0] \"\" A\n SG_ S " + first +
+                              ": 0|12@1+ (1,0) [0|0] \"\" A\n SG_ T " + second +
+                              ": 15|8@0+ (1,0) [0|0] \"\" A"));
+  };
+  const std::string overlap = "x.dbc:10: signal 'T' (15|8@0) overlaps signal 'S' of line 9 in byte 1";
+  EXPECT_EQ(two("", ""), overlap);
+  EXPECT_EQ(two("m0 ", "m0 "), overlap);
+  EXPECT_EQ(two("m0 ", ""), overlap);
+  EXPECT_EQ(two("m0 ", "m1 "), "no error");
+  EXPECT_EQ(two("m0 ", "m1M "), "no error");  // not decided here: refused where it is used
 }
 
 TEST(Dbc, RefusesNamesAndIdsThatAreThereTwice) {
@@ -170,20 +176,79 @@ std::string RefusalOf(const Database& database, const std::string& message) {
 }
 
 TEST(Dbc, RequireRefusesWhatIsNotSupportedOnlyWhereItIsUsed) {
+  const std::string tail = "|8@1+ (1,0) [0|0] \"\" A\n";
   const Database database = ParseDbc(
-      kHeader +
-          "BO_ 1 Muxed: 8 A\n SG_ Which M : 0|8@1+ (1,0) [0|0] \"\" A\n SG_ One m0 : 8|8@1+ (1,0) [0|0] \"\" "
-          "A\n"
-          "BO_ 2 Floats: 8 A\n SG_ F : 0|32@1- (1,0) [0|0] \"\" A\nBO_ 3 Long: 100 A\nBO_ 4 Plain: 8 A\n"
-          "SIG_VALTYPE_ 2 F : 1;\n",
+      kHeader + "BO_ 1 Nested: 8 A\n SG_ Which M : 0" + tail + " SG_ One m0M : 8" + tail +  //
+          "BO_ 2 Half: 8 A\n SG_ F : 0|16@1- (1,0) [0|0] \"\" A\nBO_ 3 Long: 100 A\nBO_ 4 Plain: 8 A\n" +
+          "BO_ 5 Several: 8 A\n SG_ Which M : 0" + tail + " SG_ One m1 : 8" + tail +  //
+          "BO_ 6 Lost: 8 A\n SG_ One m1 : 8" + tail +                                 //
+          "BO_ 7 Two: 8 A\n SG_ Which M : 0" + tail + " SG_ Other M : 8" + tail +     //
+          "SIG_VALTYPE_ 2 F : 1;\nSG_MUL_VAL_ 5 One Which 1-1, 3-5;\n",
       "x.dbc");
-  EXPECT_EQ(RefusalOf(database, "Muxed"),
-            "x.dbc:8: message 'Muxed' has the multiplexed signal 'Which': multiplexing is not supported");
-  EXPECT_EQ(RefusalOf(database, "Floats"),
-            "x.dbc:11: message 'Floats' has the floating-point signal 'F' (SIG_VALTYPE_): only integers with "
-            "factor and offset are supported");
+  const std::string extended =
+      "with extended multiplexing (m0M, or several values in SG_MUL_VAL_): only one multiplexer M and its "
+      "m0, "
+      "m1, ... are supported";
+  EXPECT_EQ(RefusalOf(database, "Nested"), "x.dbc:9: message 'Nested' has the signal 'One' " + extended);
+  EXPECT_EQ(RefusalOf(database, "Several"), "x.dbc:16: message 'Several' has the signal 'One' " + extended);
+  EXPECT_EQ(
+      RefusalOf(database, "Half"),
+      "x.dbc:11: message 'Half' has the floating-point signal 'F' (SIG_VALTYPE_ 1) of 16 bits, expected "
+      "32");
   EXPECT_EQ(RefusalOf(database, "Long"), "x.dbc:12: message 'Long' has 100 bytes; a CAN FD frame holds 64");
+  EXPECT_EQ(RefusalOf(database, "Lost"),
+            "x.dbc:18: message 'Lost' has the multiplexed signal 'One', but no multiplexer (M)");
+  EXPECT_EQ(RefusalOf(database, "Two"),
+            "x.dbc:21: message 'Two' has two multiplexers (M): 'Which' and 'Other'");
   EXPECT_EQ(RefusalOf(database, "Plain"), "no error");
+}
+
+TEST(Dbc, ReadsMultiplexingAsItIsWritten) {
+  const Database database =
+      ParseDbc(WithSignal("SG_ Which M : 0|8@1+ (1,0) [0|0] \"\" A\n SG_ S m12 : 8|8@1+ (1,0) [0|0] \"\" A") +
+                   "SG_MUL_VAL_ 1 S Which 12-12;\n",
+               "x.dbc");
+  const Message& message = database.RequireMessage("M");
+  ASSERT_NE(message.Selector(), nullptr);
+  EXPECT_EQ(message.Selector()->name, "Which");
+  EXPECT_EQ(message.signals[1].multiplexing, Multiplexing::kSelected);
+  EXPECT_EQ(message.signals[1].selected_by, 12);
+}
+
+TEST(Dbc, AttributesTellFormatCycleAndStartValues) {
+  // As CANdb++ writes them: the enumeration's index, and what is left out has the default.
+  const std::string defines =
+      "BA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\",\"ExtendedCAN\",\"StandardCAN_FD\";\n"
+      "BA_DEF_ BO_ \"CANFD_BRS\" ENUM \"0\",\"1\";\nBA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\n"
+      "BA_DEF_ SG_ \"GenSigStartValue\" FLOAT 0 1E+10;\nBA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN\";\n"
+      "BA_DEF_DEF_ \"CANFD_BRS\" \"1\";\nBA_DEF_DEF_ \"GenMsgCycleTime\" 100;\n";
+  const Database database = ParseDbc(
+      WithSignal("SG_ S : 0|8@1+ (1,0) [0|0] \"\" A") +
+          "BO_ 2 Fd: 8 A\nBO_ 3 FdSlow: 8 A\nBO_ 4 Named: 8 A\nBO_ 5 Large: 12 A\n" + defines +
+          "BA_ \"VFrameFormat\" BO_ 2 2;\nBA_ \"VFrameFormat\" BO_ 3 2;\nBA_ \"CANFD_BRS\" BO_ 3 0;\n"
+          "BA_ \"VFrameFormat\" BO_ 4 \"StandardCAN_FD\";\nBA_ \"GenMsgCycleTime\" BO_ 1 20;\n"
+          "BA_ \"GenSigStartValue\" SG_ 1 S 254;\nBA_ \"Unheard\" SG_ 1 S 1;\nBA_ \"Network\" 1;\n"
+          "BA_ \"VFrameFormat\" BO_ 99 2;\n",
+      "x.dbc");
+  EXPECT_FALSE(database.FindMessage("M")->fd);
+  EXPECT_FALSE(database.FindMessage("M")->bit_rate_switch);
+  EXPECT_EQ(database.FindMessage("M")->cycle_ms, 20);
+  EXPECT_EQ(database.FindMessage("M")->signals[0].start_raw, 254.0);
+  EXPECT_TRUE(database.FindMessage("Fd")->fd);
+  EXPECT_TRUE(database.FindMessage("Fd")->bit_rate_switch);
+  EXPECT_EQ(database.FindMessage("Fd")->cycle_ms, 100);
+  EXPECT_TRUE(database.FindMessage("FdSlow")->fd);
+  EXPECT_FALSE(database.FindMessage("FdSlow")->bit_rate_switch);
+  EXPECT_TRUE(database.FindMessage("Named")->fd);
+  EXPECT_TRUE(database.FindMessage("Large")->fd);  // no other frame holds it
+}
+
+TEST(Dbc, OddAttributesArePassedOver) {
+  EXPECT_EQ(ErrorOf(WithSignal("SG_ S : 0|8@1+ (1,0) [0|0] \"\" A") +
+                    "BA_DEF_ ;\nBA_DEF_ BO_ ;\nBA_DEF_ BO_ \"E\" ENUM ;\nBA_DEF_DEF_ \"E\" ;\nBA_ ;\n"
+                    "BA_ \"E\" BO_ x 1;\nBA_ \"E\" BO_ -1 1;\nBA_ \"E\" BO_ 1 1;\nBA_ \"E\" BO_ 1 1E9;\n"
+                    "BA_ \"GenMsgCycleTime\" BO_ 1 1E300;\nBA_ \"GenSigStartValue\" SG_ 1 S \"no\";\n"),
+            "no error");
 }
 
 TEST(Dbc, SuggestsTheNearestName) {
@@ -195,6 +260,29 @@ TEST(Dbc, SuggestsTheNearestName) {
   } catch (const UsageError& error) {
     EXPECT_STREQ(error.what(), "x.dbc:7: message 'M' has no signal 'Presure'; the nearest is 'Pressure'");
   }
+}
+
+TEST(Dbc, SeveralFilesAreOneAsLongAsNothingIsInDoubt) {
+  Databases both;
+  both.files = {ParseDbc("BO_ 1 A: 8 X\nBO_ 2 B: 8 X\nBO_ 3 C: 8 X\n", "one.dbc"),
+                ParseDbc("BO_ 4 D: 8 X\nBO_ 2 E: 8 X\nBO_ 5 C: 8 X\nBO_ 2147483649 F: 8 X\n", "two.dbc")};
+  const auto refusal = [&](const std::string& name) -> std::string {
+    try {
+      both.RequireMessage(name);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(both.RequireMessage("D").database->file, "two.dbc");
+  EXPECT_EQ(both.RequireMessage("D").message->line, 1);
+  EXPECT_EQ(refusal("A"), "no error");
+  EXPECT_EQ(refusal("F"), "no error");  // id 1 of 29 bits
+  EXPECT_EQ(refusal("B"),
+            "two.dbc:2: message 'E' has the id of 'B' in one.dbc:2: leave one of the two files out");
+  EXPECT_EQ(refusal("C"),
+            "two.dbc:3: message 'C' has the name of 'C' in one.dbc:3: leave one of the two files out");
+  EXPECT_EQ(refusal("Gov"), "one.dbc, two.dbc: no message 'Gov'; there are 7: A B C D E C ...");
 }
 
 TEST(Dbc, AFileThatIsNotThereIsAUsageError) {

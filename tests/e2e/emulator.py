@@ -113,6 +113,12 @@ class Emulator:
         return Result(self._finish(), text, self.log(), may_be_late)
 
 
+    def end(self):
+        """Waits for its end; exit status and all that it has said."""
+        text = self._process.stdout.read()
+        return self._finish(), text
+
+
 class Result:
     """What a run left: its exit status and its summary in numbers."""
 

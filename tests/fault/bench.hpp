@@ -51,11 +51,16 @@ inline Injection Of(std::string_view name, const std::vector<double>& values = {
   return injection;
 }
 
+/// Why this servomotor does not have what the fault acts on, on a bus in real time.
+inline const char* UnsupportedBy(const Spec& spec, const Parameters& p) {
+  return Unsupported(spec, Surroundings{.unfaulted = &p});
+}
+
 /// The parameters under the whole of one fault.
 inline Parameters Under(const Parameters& p, std::string_view name, const std::vector<double>& values = {}) {
   Parameters faulted = p;
   const Injection injection = Of(name, values);
-  Named(name).act(faulted, injection.values, 1.0, 0.0);
+  std::get<ParameterAct>(Named(name).act)(faulted, injection.values, 1.0, 0.0);
   return faulted;
 }
 
@@ -74,6 +79,7 @@ class Bench {
     Injection injection = Of(name, values);
     injection.start_tick = simulation.Now().tick + 1;
     injection.ramp_ticks = ramp_ticks;
+    injection.ramp_out_ticks = ramp_ticks;
     injection.for_ticks = for_ticks;
     if (!simulation.Faults().Inject(injection)) throw std::length_error("no room");
     return *this;

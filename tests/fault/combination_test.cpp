@@ -13,6 +13,7 @@ namespace {
 
 using model::Parameters;
 using testing::Full;
+using testing::UnsupportedBy;
 using testing::WithStabilizer;
 
 class Random {
@@ -44,7 +45,7 @@ Parameters AnyServomotor(Random& random) {
 /// Anything that may be asked of this servomotor.
 Injection AnyFault(Random& random, const Parameters& p, std::uint64_t ticks) {
   const Spec* spec = nullptr;
-  while (spec == nullptr || Unsupported(*spec, p) != nullptr)
+  while (spec == nullptr || !spec->ActsAs<ParameterAct>() || UnsupportedBy(*spec, p) != nullptr)
     spec = &Catalogue()[random.Below(Catalogue().size())];
   Injection injection;
   injection.id = spec->id;
@@ -57,6 +58,7 @@ Injection AnyFault(Random& random, const Parameters& p, std::uint64_t ticks) {
   }
   injection.start_tick = 1 + random.Below(ticks);
   injection.ramp_ticks = random.Chance() ? random.Below(500) : 0;
+  injection.ramp_out_ticks = injection.ramp_ticks;
   injection.for_ticks = random.Chance() ? 1 + random.Below(ticks) : 0;
   return injection;
 }

@@ -1,5 +1,5 @@
-// What each fault does to the servomotor, with a number that follows from the model's laws. A fault of the
-// catalogue that has no test here fails.
+// What each fault of the model does to the servomotor, with a number that follows from the model's laws. A
+// fault of the catalogue that has no test of its effect fails.
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include <string>
 
 #include "bench.hpp"
+#include "effects.hpp"
 #include "servohil/model/laws.hpp"
 #include "servohil/model/linearization.hpp"
 #include "servohil/model/reconcile.hpp"
@@ -326,6 +327,22 @@ void PlungerStuck() {
   }
 }
 
+/// Its x1 is that of P1 = x1 k1/A1 for ever, and so is the position that belongs to it.
+void RelayPistonStuck() {
+  const double A1 = pi / 4 * (2.494 * 2.494 - 0.996 * 0.996);
+  Bench at_this_pressure;
+  at_this_pressure.p1_psi = 4.2 * 30.0 / A1;
+  at_this_pressure.Settle();
+  EXPECT_GT(std::fabs(at_this_pressure.State().x3_in - 4.0), 0.05);
+  for (double p1_psi : {0.0, 300.0}) {
+    Bench bench;
+    bench.p1_psi = p1_psi;
+    bench.Inject("relay_piston_stuck", {4.2}).Settle();
+    EXPECT_EQ(bench.Outputs().x1_in, 4.2);
+    EXPECT_NEAR(bench.State().x3_in, at_this_pressure.State().x3_in, 1e-6);
+  }
+}
+
 /// x4 = alpha x3 + x3* + offset: alpha x3 makes room for it.
 void CamSlipped() {
   Bench bench;
@@ -464,7 +481,9 @@ void DiaphragmRuptured() {
   Gas("diaphragm_ruptured", {}, 0.001);
 }
 
-const std::map<std::string, void (*)()> kEffects = {
+}  // namespace
+
+const testing::Effects testing::kModelEffects = {
     {"air_entrainment", AirEntrainment},
     {"bulk_modulus", BulkModulus},
     {"cold_oil", ColdOil},
@@ -482,6 +501,7 @@ const std::map<std::string, void (*)()> kEffects = {
     {"pilot_spring_broken", PilotSpringBroken},
     {"main_spring_broken", MainSpringBroken},
     {"plunger_stuck", PlungerStuck},
+    {"relay_piston_stuck", RelayPistonStuck},
     {"cam_slipped", CamSlipped},
     {"cam_worn", CamWorn},
     {"coulomb_friction", CoulombFriction},
@@ -497,16 +517,36 @@ const std::map<std::string, void (*)()> kEffects = {
     {"diaphragm_ruptured", DiaphragmRuptured},
 };
 
+namespace {
+
+/// Of all three kinds; null: no test.
+void (*EffectOf(const std::string& fault))() {
+  for (const testing::Effects* effects :
+       {&testing::kModelEffects, &testing::kSensorEffects, &testing::kBusEffects}) {
+    if (const auto found = effects->find(fault); found != effects->end()) return found->second;
+  }
+  return nullptr;
+}
+
 class EveryFault : public ::testing::TestWithParam<Spec> {};
+class EveryModelFault : public ::testing::TestWithParam<Spec> {};
+
+std::vector<Spec> ModelFaults() {
+  std::vector<Spec> faults;
+  for (const Spec& spec : Catalogue()) {
+    if (spec.ActsAs<ParameterAct>()) faults.push_back(spec);
+  }
+  return faults;
+}
 
 TEST_P(EveryFault, HasItsEffect) {
-  const auto effect = kEffects.find(GetParam().name);
-  ASSERT_NE(effect, kEffects.end()) << "no test of its effect: it has no place in the catalogue";
-  effect->second();
+  const auto effect = EffectOf(GetParam().name);
+  ASSERT_NE(effect, nullptr) << "no test of its effect: it has no place in the catalogue";
+  effect();
 }
 
 /// Cleared, the run goes on as one that has no faults and the same state.
-TEST_P(EveryFault, IsGoneWhenCleared) {
+TEST_P(EveryModelFault, IsGoneWhenCleared) {
   Bench bench(WithStabilizer());
   bench.Inject(GetParam().name, {}, 20);
   bench.p1_psi += 3.0;
@@ -526,8 +566,12 @@ TEST_P(EveryFault, IsGoneWhenCleared) {
 INSTANTIATE_TEST_SUITE_P(Catalogue, EveryFault, ::testing::ValuesIn(Catalogue().begin(), Catalogue().end()),
                          [](const auto& fault) { return std::string(fault.param.name); });
 
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryModelFault, ::testing::ValuesIn(ModelFaults()),
+                         [](const auto& fault) { return std::string(fault.param.name); });
+
 TEST(Effects, AreAllOfTheCatalogue) {
-  EXPECT_EQ(kEffects.size(), Catalogue().size());
+  EXPECT_EQ(testing::kModelEffects.size() + testing::kSensorEffects.size() + testing::kBusEffects.size(),
+            Catalogue().size());
 }
 
 /// The thesis' point, chapter V: the stabilizer damps; shut, plugged or without gas it damps less.

@@ -17,6 +17,7 @@ Injection Timed(std::uint64_t start, std::uint64_t ramp, std::uint64_t lasts) {
   Injection injection = Of("load_step");
   injection.start_tick = start;
   injection.ramp_ticks = ramp;
+  injection.ramp_out_ticks = ramp;
   injection.for_ticks = lasts;
   return injection;
 }
@@ -122,6 +123,7 @@ TEST(Schedule, WithNothingThatActsTheParametersAreTheUnfaultedOnes) {
     Injection injection = Of(Catalogue()[i].name);
     injection.start_tick = 100;
     injection.ramp_ticks = 3;
+    injection.ramp_out_ticks = 3;
     injection.for_ticks = 10;
     ASSERT_TRUE(schedule.Inject(injection));
   }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -114,11 +115,24 @@ inline std::span<const char* const> NamesOf(Overrun) {
   return kNames;
 }
 
-/// Reads `file` (or the default configuration when empty), applies `settings` ("KEY=VALUE") in order, reads
-/// the load table, checks everything. Relative paths in the file are relative to the file, in `settings` to
-/// the current directory.
-/// @throws UsageError, one line: file, line, key, value and what would be right
-Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings);
+/// One key, set elsewhere than in the configuration file.
+struct KeySetting {
+  std::string key;
+  std::string value;                ///< as TOML writes it
+  std::string place;                ///< "FILE:LINE", for messages
+  std::filesystem::path directory;  ///< to which a path in `value` is relative
+};
+
+/// Reads `file` (or the default configuration when empty), applies `more` and then `settings` ("KEY=VALUE")
+/// in order, reads the load table, checks everything. Relative paths in the file are relative to the file, in
+/// `settings` to the current directory.
+/// @throws UsageError, one line for each mistake: file, line, key, value and what would be right
+Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings,
+                                const std::vector<KeySetting>& more = {});
+/// The same for what stands in `file`.
+Configuration ParseConfiguration(std::string_view text, const std::filesystem::path& file,
+                                 const std::vector<std::string>& settings,
+                                 const std::vector<KeySetting>& more = {});
 
 /// The configuration that applies without -c: ./config/servohil.toml, else the installed one beside the
 /// program.

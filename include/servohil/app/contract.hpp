@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "servohil/app/configuration.hpp"
+#include "servohil/app/publication.hpp"
 #include "servohil/app/quantity.hpp"
 #include "servohil/app/telemetry.hpp"
 #include "servohil/can/dbc.hpp"
@@ -37,8 +38,10 @@ class Contract {
   /// Command in `frame`; else `rejection` tells why not.
   std::optional<Command> DecodeCommand(const can::Frame& frame, CommandRejection& rejection) const noexcept;
 
-  /// Frame of one published message. Values that its signals cannot hold saturate.
-  can::Frame Encode(std::size_t message, const Telemetry& telemetry) const noexcept;
+  /// Frame of one published message. Values that its signals cannot hold saturate; what is not available has
+  /// all bits of its field 1.
+  can::Frame Encode(std::size_t message, const Telemetry& telemetry,
+                    const Measured& measured = {}) const noexcept;
 
   /// How many messages are published, at most kMostMessages: numbers 0 to MessageCount() - 1.
   std::size_t MessageCount() const noexcept { return outgoing_.size(); }

@@ -71,11 +71,15 @@ class Emulator {
   bool TryPopAnswer(Answer& answer) noexcept { return task_->TryPopAnswer(answer); }
   bool TakeFaults(fault::Schedule& faults) noexcept { return task_->TakeFaults(faults); }
   bool TryPopSafetyChange(SafetyChange& change) noexcept { return task_->TryPopSafetyChange(change); }
+  bool TryPopFaultEvent(fault::Event& event) noexcept { return task_->TryPopFaultEvent(event); }
+  std::uint64_t SnapshotsRefused() const noexcept { return task_->SnapshotsRefused(); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
   const SendCounters& Sent() const noexcept { return sender_->Counters(); }
   const rt::LatencyHistogram& ArrivalToTick() const noexcept { return task_->ArrivalToTick(); }
   const rt::LatencyHistogram& ArrivalToFrame() const noexcept { return sender_->ArrivalToFrame(); }
+  /// Rises while the simulation's loop goes on, whether or not simulated time passes. Any thread.
+  std::uint64_t Turns() const noexcept { return turns_.load(std::memory_order_relaxed); }
   /// Its histograms; the rest after Stop().
   const rt::LoopTiming& Timing() const noexcept { return loop_.Timing(); }
   /// After which the run began: 0, or that of the snapshot.
@@ -83,7 +87,8 @@ class Emulator {
 
   // After Stop():
   const Telemetry& Final() const noexcept { return task_->Now(); }
-  std::uint64_t TelemetryDropped() const noexcept { return task_->TelemetryDropped(); }
+  std::uint64_t TelemetryDropped() const noexcept { return task_->PublicationsDropped(); }
+  std::uint64_t ScriptRefused() const noexcept { return task_->ScriptRefused(); }
   /// Page faults of the simulation thread inside its loop.
   long LoopPageFaults() const noexcept { return loop_page_faults_; }
 
@@ -113,6 +118,7 @@ class Emulator {
   rt::Shortcomings shortcomings_;
   std::latch ready_{3};
   std::latch go_{1};
+  std::atomic<std::uint64_t> turns_{0};   ///< of the simulation's loop
   std::atomic<bool> stop_{false};         ///< simulation and receiver
   std::atomic<bool> stop_sender_{false};  ///< later: it still sends what the simulation has left
   std::thread simulation_thread_;

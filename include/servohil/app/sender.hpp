@@ -4,9 +4,11 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "servohil/app/contract.hpp"
+#include "servohil/app/delayed.hpp"
 #include "servohil/app/recording/recorder.hpp"
 #include "servohil/app/simulation_task.hpp"
 #include "servohil/can/network.hpp"
@@ -19,6 +21,8 @@ struct SendCounters {
   std::atomic<std::uint64_t> published{0};
   std::atomic<std::uint64_t> not_sent{0};    ///< refused by a full queue or a bus that is down
   std::atomic<std::uint64_t> superseded{0};  ///< not sent because a newer state was already there
+  std::atomic<std::uint64_t> faulted{0};     ///< kept from the bus by an injected fault
+  std::atomic<std::uint64_t> babbled{0};     ///< sent by faults alone: nonsense and error frames
 };
 
 /// One thread.
@@ -41,8 +45,9 @@ class Sender {
   /// The same at the end: whatever waits, at once.
   void SendRest() noexcept { SendWaiting(true); }
 
-  /// Lockstep: every message, with this state; a full queue is waited for until `stop`.
-  void SendAll(const Telemetry& telemetry, const std::atomic<bool>& stop) noexcept;
+  /// Lockstep, by the thread that runs the ticks: every message, with the state now; a full queue is waited
+  /// for until `stop`.
+  void SendAll(const std::atomic<bool>& stop) noexcept;
 
   /// Every message that carries the mode, which is STOPPED.
   void SendStopped() noexcept;
@@ -53,10 +58,23 @@ class Sender {
   const rt::LatencyHistogram& ArrivalToFrame() const noexcept { return arrival_to_frame_; }
 
  private:
+  struct Outgoing {
+    can::Frame frame;
+    std::size_t message = 0;
+    std::uint64_t tick = 0;       ///< whose state it carries
+    std::int64_t arrival_ns = 0;  ///< of the command that this state reflects
+  };
+
   void SendWaiting(bool at_once) noexcept;
-  void Send(std::size_t message, const Telemetry& telemetry) noexcept;
-  void Account(std::size_t message, const Telemetry& telemetry, const can::Frame& frame,
-               can::SendResult result) noexcept;
+  void TakePublication(const Publication& publication) noexcept;
+  /// What faults make of it.
+  void Send(std::size_t message, const Publication& publication) noexcept;
+  void Transmit(const Outgoing& outgoing) noexcept;
+  can::SendResult Try(const can::Frame& frame) noexcept;
+  void Account(const Outgoing& outgoing, can::SendResult result) noexcept;
+  /// What faults send on their own, and what they have held back.
+  void FollowFaults() noexcept;
+  void SendNonsense(const fault::Line& line, std::uint64_t ticks) noexcept;
 
   const Contract& contract_;
   SimulationTask& task_;
@@ -66,7 +84,8 @@ class Sender {
   struct Waiting {
     bool due = false;
     std::int64_t not_before_ns = 0;
-    Telemetry telemetry;
+    Publication publication;
+    std::optional<Outgoing> overtaken;  ///< to be sent after the next one
   };
   std::vector<Waiting> waiting_;      ///< of each message
   const MessageSet reflect_command_;  ///< carry the position
@@ -75,6 +94,14 @@ class Sender {
   std::int64_t last_arrival_ns_ = 0;  ///< of the newest command that was reflected
   rt::LatencyHistogram arrival_to_frame_;
   SendCounters counters_;
+  const std::atomic<bool>* patient_until_ = nullptr;  ///< a full queue is waited for
+
+  static constexpr std::size_t kMostDelayed = 1'024;
+  fault::Schedule faults_;
+  std::uint64_t followed_tick_ = 0;
+  Delayed<Outgoing> delayed_{kMostDelayed};
+  double babble_owed_ = 0.0;
+  double errors_owed_ = 0.0;
 };
 
 }  // namespace servohil::app

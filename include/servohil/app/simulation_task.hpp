@@ -3,15 +3,22 @@
 /// real-time loop says it at each wake-up, lockstep at each frame, a script or a replay as fast as it goes.
 
 #include <array>
+#include <atomic>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "servohil/app/configuration.hpp"
+#include "servohil/app/publication.hpp"
 #include "servohil/app/recording/recorder.hpp"
 #include "servohil/app/request.hpp"
+#include "servohil/app/sample_feed.hpp"
 #include "servohil/app/simulation.hpp"
 #include "servohil/app/supervisor.hpp"
 #include "servohil/app/telemetry.hpp"
+#include "servohil/fault/effects.hpp"
+#include "servohil/fault/sensors.hpp"
 #include "servohil/rt/latency_histogram.hpp"
 #include "servohil/rt/mailbox.hpp"
 #include "servohil/rt/periodic_loop.hpp"
@@ -40,6 +47,14 @@ struct TaskOptions {
   bool supervised = true;
   std::int64_t max_age_ns = 0;   ///< of a command when a tick takes it; 0: any
   Recorder* recorder = nullptr;  ///< must outlive the task; none: nothing is recorded
+  void (*stall)(double ms) noexcept =
+      nullptr;  ///< of the fault missed_ticks; none: there is no deadline to miss
+
+  // Of a scenario, whose time begins with the first command.
+  bool is_scenario = false;       ///< duration_ticks count from then on
+  std::uint64_t wait_ticks = 0;   ///< the run ends after so many without a command
+  std::vector<Influence> script;  ///< faults; tick 1 is the first that has a command
+  SampleFeed* feed = nullptr;     ///< gets every tick; must outlive the task; none: nobody looks
 };
 
 class SimulationTask {
@@ -59,6 +74,21 @@ class SimulationTask {
   bool TryPopAnswer(Answer& answer) noexcept { return answers_.TryPop(answer); }
   /// The same thread: the faults, when they have changed since the last call.
   bool TakeFaults(fault::Schedule& faults) noexcept { return faults_.Take(faults); }
+  /// The same thread: what has happened to them.
+  bool TryPopFaultEvent(fault::Event& event) noexcept { return fault_events_.TryPop(event); }
+  /// Any thread: snapshots not taken, because a fault acts whose past they could not hold.
+  std::uint64_t SnapshotsRefused() const noexcept {
+    return snapshots_refused_.load(std::memory_order_relaxed);
+  }
+
+  /// The receiver: faults, when they have changed since the last call. Real-time safe.
+  bool TakeFaultsOfReceiver(fault::Schedule& faults) noexcept { return faults_of_receiver_.Take(faults); }
+  /// The receiver: a frame that a fault waits for has come. Real-time safe.
+  void PutFrame(std::uint32_t id, bool extended) noexcept { frames_.TryPush({id, extended}); }
+  /// The sender: faults, when they have changed since the last call. Real-time safe.
+  bool TakeFaultsOfSender(fault::Schedule& faults) noexcept { return faults_of_sender_.Take(faults); }
+  /// Any thread: ticks that have passed, those of a frozen simulation included. Real-time safe.
+  std::uint64_t Clock() const noexcept { return clock_.load(std::memory_order_relaxed); }
 
   /// The thread that runs the ticks, between them: follows what is asked, with effect from the next tick on.
   /// Run() does so itself before each tick. Real-time safe.
@@ -73,8 +103,8 @@ class SimulationTask {
   bool Wake(const rt::LoopTiming& timing) noexcept;
 
   /// The sender: what is due, oldest first. Real-time safe.
-  bool TryPopTelemetry(Telemetry& telemetry) noexcept { return telemetry_.TryPop(telemetry); }
-  std::uint64_t TelemetryDropped() const noexcept { return telemetry_.Dropped(); }
+  bool TryPopPublication(Publication& publication) noexcept { return publications_.TryPop(publication); }
+  std::uint64_t PublicationsDropped() const noexcept { return publications_.Dropped(); }
   /// Whoever watches (one thread): the newest state.
   bool TakeNewest(Telemetry& telemetry) noexcept { return newest_.Take(telemetry); }
 
@@ -86,8 +116,13 @@ class SimulationTask {
 
   /// The thread that runs the ticks.
   const Telemetry& Now() const noexcept { return now_; }
+  /// The same: as it would be published now, `message` or (kMostMessages) all that nothing special befalls.
+  Publication PublicationNow(std::size_t message) const noexcept;
   /// After which this run began: 0, or that of the snapshot. Any thread.
   std::uint64_t FirstTick() const noexcept { return first_tick_; }
+
+  /// Entries of the script that could not be followed: too many faults at once. After the run.
+  std::uint64_t ScriptRefused() const noexcept { return script_refused_; }
 
   /// From the arrival of a command's frame to the first tick that used it. Any thread.
   const rt::LatencyHistogram& ArrivalToTick() const noexcept { return arrival_to_tick_; }
@@ -95,16 +130,25 @@ class SimulationTask {
  private:
   void Tick(bool silence_counts) noexcept;
   void TakeCommand() noexcept;
-  void FollowGovernor(double p1_psi) noexcept;
+  void NoteCommand(std::int64_t arrival_ns) noexcept;
+  void FollowGovernor(double p1_psi, std::int64_t arrival_ns) noexcept;
   bool FollowLocal(double p1_psi) noexcept;
   void ChangeSafety(const Supervisor::Decision& decision) noexcept;
   void TellSafetyChange(SafetyState from, std::uint64_t tick) noexcept;
   void TakeStatus() noexcept;
-  void Record(const Request& request) noexcept;
   void Publish(std::uint64_t tick) noexcept;
-  void Serve(const Request& request) noexcept;
+  void FollowScript() noexcept;
+  Answer Serve(const Request& request) noexcept;
+  void TakeFrames() noexcept;
+  void TakeFrame(std::uint32_t id, bool extended) noexcept;
+  void Influenced(const Request& request) noexcept;
+  void ObserveFaults() noexcept;
+  void TellFaults() noexcept;
+  void PutFaults() noexcept;
+  std::span<const double> Truth(std::array<double, kMostQuantities>& values) const noexcept;
+  void PublishDue() noexcept;
   void TakeDueSnapshots() noexcept;
-  void TakeSnapshot() noexcept;
+  bool TakeSnapshot() noexcept;
   void Account(const rt::LoopTiming& timing) noexcept;
   bool IsOverrun(const rt::LoopTiming& timing) noexcept;
   bool StandStill() noexcept;
@@ -119,16 +163,31 @@ class SimulationTask {
   std::uint64_t frozen_ticks_ = 0;  ///< for which simulated time stood still
   bool over_limit_ = false;         ///< more to catch up than allowed, at the last wake-up
   std::size_t next_snapshot_ = 0;
+  std::uint64_t first_command_tick_ = 0;  ///< after which it came
+  std::size_t next_script_ = 0;
+  std::uint64_t script_refused_ = 0;
   rt::LatencyHistogram arrival_to_tick_;
 
   rt::Mailbox<Command> commands_;
-  rt::Ring<Telemetry, 1024> telemetry_;
+  std::unique_ptr<fault::Sensors> sensors_ = std::make_unique<fault::Sensors>();
+  std::atomic<std::uint64_t> clock_{0};
+  std::atomic<std::uint64_t> snapshots_refused_{0};
+
+  struct SeenFrame {
+    std::uint32_t id = 0;
+    bool extended = false;
+  };
+  rt::Ring<Publication, 1024> publications_;
   rt::Mailbox<Telemetry> newest_;
   rt::Ring<SafetyChange, 256> safety_changes_;
   rt::Ring<Snapshot, 16> snapshots_;
   rt::Ring<Request, 64> requests_;
   rt::Ring<Answer, 64> answers_;
   rt::Mailbox<fault::Schedule> faults_;
+  rt::Mailbox<fault::Schedule> faults_of_receiver_;
+  rt::Mailbox<fault::Schedule> faults_of_sender_;
+  rt::Ring<SeenFrame, 64> frames_;
+  rt::Ring<fault::Event, 1024> fault_events_;
 };
 
 }  // namespace servohil::app

@@ -54,6 +54,7 @@ struct Status {
   bool commanded = false;               ///< a command has been received
   std::uint64_t command_age_ticks = 0;
   std::uint64_t active_faults = 0;      ///< injected ones that act now
+  bool line_down = false;               ///< by the fault interface_down: as if unplugged
   std::int64_t command_arrival_ns = 0;  ///< of the newest command, as in Command
   SafetyState safety = SafetyState::kWaiting;
   SafetyCause safety_cause = SafetyCause::kNone;

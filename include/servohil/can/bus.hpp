@@ -22,6 +22,7 @@ namespace servohil::can {
 struct WantedId {
   std::uint32_t id = 0;
   bool extended = false;
+  std::uint32_t mask = 0x1FFF'FFFF;  ///< bits of the identifier that count
 };
 
 struct BusOptions {
@@ -85,6 +86,9 @@ class Bus {
 /// @throws UsageError for a URL of no known form, EnvironmentError (with the command that helps) when the
 ///         interface, device or permission is missing.
 std::unique_ptr<Bus> OpenBus(const std::string& url, const BusOptions& options);
+
+/// Only the form of the URL, "auto" included: opens nothing. @throws UsageError as OpenBus
+void CheckUrl(const std::string& url);
 
 /// What `--can auto` means on this machine: the first of `interfaces` that the kernel has, else "slcan:pty".
 std::string AutomaticUrl(std::span<const std::string> interfaces);

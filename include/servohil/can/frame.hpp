@@ -12,8 +12,11 @@ struct Frame {
   bool remote = false;           ///< remote transmission request: no data, `size` is the length asked for
   bool fd = false;               ///< CAN FD format
   bool bit_rate_switch = false;  ///< FD only: data phase at the second bit rate
-  std::uint8_t bus = 0;          ///< received: index of the bus in its network
-  std::uint8_t size = 0;         ///< data bytes: 0 to 8, FD up to 64 (sent as 12, 16, 20, 24, 32, 48 or 64)
+  /// Nothing that was on the bus, but what the kernel tells of it: `id` holds the error classes, 8 data bytes
+  /// the details (linux/can/error.h).
+  bool error = false;
+  std::uint8_t bus = 0;   ///< received: index of the bus in its network
+  std::uint8_t size = 0;  ///< data bytes: 0 to 8, FD up to 64 (sent as 12, 16, 20, 24, 32, 48 or 64)
   std::array<std::uint8_t, 64> data{};
   std::int64_t receive_time_ns =
       0;  ///< CLOCK_REALTIME, from the kernel where it stamps; 0 for frames to send

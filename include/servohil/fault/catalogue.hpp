@@ -4,47 +4,82 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <variant>
 
+#include "servohil/fault/acts.hpp"
+#include "servohil/fault/injection.hpp"
 #include "servohil/model/parameters.hpp"
 
 namespace servohil::fault {
 
-inline constexpr std::size_t kMostParameters = 3;
-using Values = std::array<double, kMostParameters>;
-
 struct ParameterSpec {
-  const char* name;  ///< "fraction"; null: there is no such parameter
-  const char* unit;  ///< empty where there is none
-  double minimum;    ///< inclusive
-  double maximum;
-  double preset;  ///< where none is given
-  const char* meaning;
+  const char* name = nullptr;  ///< "fraction"; null: there is no such parameter
+  const char* unit = "";       ///< empty where there is none
+  double minimum = 0.0;        ///< inclusive
+  double maximum = 0.0;
+  double preset = 0.0;  ///< where none is given
+  const char* meaning = "";
 };
 
 /// What a fault acts on.
-enum class Part : std::uint8_t { kOil, kSupply, kRelay, kPiston, kLoad, kStabilizer };
+enum class Part : std::uint8_t {
+  kOil,
+  kSupply,
+  kRelay,
+  kPiston,
+  kLoad,
+  kStabilizer,
+  kSensors,
+  kBus,
+  kEmulator
+};
 const char* NameOf(Part part) noexcept;
 
-/// What a fault does to the parameters: `share` of it (0 to 1, the ramp), `t_s` after its start.
-using Act = void (*)(model::Parameters& p, const Values& values, double share, double t_s) noexcept;
+/// What must be there for a fault to have an effect.
+enum class Needs : std::uint8_t {
+  kNothing,
+  kFullPhysics,
+  kStabilizer,
+  kBus,          ///< frames that come and go
+  kProtection,   ///< counter and checksum in published messages
+  kErrorFrames,  ///< a transport that carries them
+  kRealTime      ///< a deadline to miss
+};
 
 struct Spec {
-  std::uint8_t id;   ///< the same for ever: recordings hold it
-  const char* name;  ///< "air_entrainment"
-  Part part;
-  std::array<ParameterSpec, kMostParameters> parameters;
-  const char* effect;  ///< one sentence
-  Act act;
-  bool full_only;  ///< the thesis' equations do not have what it acts on
-  bool needs_stabilizer;
-  bool varies;  ///< changes at each tick, not only while it ramps
+  std::uint8_t id = 0;         ///< the same for ever: recordings hold it
+  const char* name = nullptr;  ///< "air_entrainment"
+  Part part = Part::kOil;
+  std::array<ParameterSpec, kMostParameters> parameters{};
+  const char* effect = nullptr;  ///< one sentence
+  Act act = ParameterAct{nullptr};
+  Needs needs = Needs::kNothing;
+  bool varies = false;  ///< a ParameterAct that changes at each tick, not only while it ramps
+  bool random = false;  ///< has a seed
+
+  template <typename Kind>
+  bool ActsAs() const noexcept {
+    return std::holds_alternative<Kind>(act);
+  }
+  /// Is for one quantity, which must be named: the parameter "signal".
+  bool HasSignal() const noexcept { return ActsAs<SensorAct>(); }
+  /// Is for one message or all: the parameter "message".
+  bool HasMessage() const noexcept { return ActsAs<TransmitAct>(); }
 };
 
 std::span<const Spec> Catalogue() noexcept;
-/// Null: there is none of this name or number.
+/// Null: there is none of this number. Real-time safe.
 const Spec* Find(std::uint8_t id) noexcept;
 
-/// Why the model that is configured does not have what the fault acts on; null where it has. Real-time safe.
-const char* Unsupported(const Spec& spec, const model::Parameters& unfaulted) noexcept;
+/// What a run has that faults may need.
+struct Surroundings {
+  const model::Parameters* unfaulted = nullptr;
+  bool has_bus = true;
+  bool real_time = true;
+  bool protection = false;                    ///< published messages have counter and checksum
+  const char* why_no_error_frames = nullptr;  ///< null: its transports carry them
+};
 
+/// Why the run does not have what the fault acts on; null where it has. Real-time safe.
+const char* Unsupported(const Spec& spec, const Surroundings& surroundings) noexcept;
 }  // namespace servohil::fault

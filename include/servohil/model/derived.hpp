@@ -47,6 +47,7 @@ struct Derived {
   double V4;                 ///< [in³]
   double spring_compliance;  ///< A2²/k2 [in⁵/lbf], of the chamber above the plunger
   // Stops
+  double x1_low;           ///< [in]; minus infinity in the thesis
   double x1_stop;          ///< [in]; infinite in the thesis, as the following
   double plunger_low_psi;  ///< P4 at which the plunger meets its stops
   double plunger_high_psi;

@@ -57,6 +57,7 @@ struct ServoParameters {
   double relay_port_height_in = 0.25;           ///< largest opening of orifice 5
   double metering_port_height_in = 0.25;        ///< largest opening of orifices 3 and 6
   double relay_piston_stroke_in = 8.0;          ///< largest x1
+  double relay_piston_lowest_in = 0.0;          ///< least x1: a fault's, no key
   double relay_plunger_travel_in = 0.25;        ///< largest |x2 - x4|
 };
 

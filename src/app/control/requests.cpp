@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "../formatted.hpp"
-#include "../run_report.hpp"
 #include "servohil/model/step.hpp"
 #include "servohil/nearest_name.hpp"
 
@@ -146,9 +145,12 @@ Understood UnderstandOrThrow(const Json& request, const Permissions& permissions
                           : nearest));
 }
 
-}  // namespace
+/// JSON as one line of valid UTF-8, whatever texts it has.
+std::string OneLine(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
-Understood Understand(const Json& request, const Permissions& permissions) {
+Understood UnderstandObject(const Json& request, const Permissions& permissions) {
   try {
     return UnderstandOrThrow(request, permissions);
   } catch (const Refusal& refusal) {
@@ -156,6 +158,19 @@ Understood Understand(const Json& request, const Permissions& permissions) {
   } catch (const Json::exception& error) {
     return Rejected(error.what());
   }
+}
+
+}  // namespace
+
+RequestLine Understand(std::string_view line, const Permissions& permissions) {
+  const Json request = Json::parse(line, nullptr, false);
+  if (request.is_discarded()) return {"null", Rejected("this line is not JSON")};
+  const bool has_id = request.is_object() && request.contains("id");
+  return {has_id ? OneLine(request["id"]) : "null", UnderstandObject(request, permissions)};
+}
+
+std::string AnswerLine(const std::string& id, const Json& answer) {
+  return "{\"id\":" + id + "," + OneLine(answer).substr(1) + '\n';
 }
 
 Json Rejected(const std::string& reason) {
@@ -176,41 +191,6 @@ Json ToJson(const Answer& answer) {
     default:
       return {{"result", "APPLIED"}, {"tick", answer.tick}};
   }
-}
-
-/// States, causes and what became of the frames with the command's identifier.
-Json SafetyToJson(const Status& status) {
-  Json frames = Json::object();
-  for (std::size_t i = 0; i < kFrameVerdicts; ++i) frames[kFrameVerdictNames[i]] = status.frames.of[i];
-  frames["lost"] = status.frames.lost;
-  return {{"state", NameOf(status.safety)},
-          {"cause", NameOf(status.safety_cause)},
-          {"losses", status.losses},
-          {"trips", status.trips},
-          {"frames", frames}};
-}
-
-Json StatusToJson(const Telemetry& now) {
-  const Sample& s = now.sample;
-  return {{"result", "OK"},
-          {"tick", s.tick},
-          {"time_s", SecondsOf(s.tick)},
-          {"mode", NameOf(now.status.mode)},
-          {"timing_valid", now.status.TimingValid()},
-          {"late_ticks", now.status.late.Total()},
-          {"worst_lateness_ms", static_cast<double>(now.status.worst_lateness_ns) / 1e6},
-          {"p1_psi", s.p1_psi},
-          {"x3_in", s.state.x3_in},
-          {"v3_in_s", s.state.v3_in_s},
-          {"p2_psi", s.state.p2_psi},
-          {"p3_psi", s.state.p3_psi},
-          {"p4_psi", s.state.p4_psi},
-          {"p8_psi", s.state.p8_psi},
-          {"stuck", s.state.mode.PistonRests()},
-          {"model_fault", s.model_fault},
-          {"active_faults", now.status.active_faults},
-          {"safety", SafetyToJson(now.status)},
-          {"command_age_s", SecondsOf(now.status.command_age_ticks)}};
 }
 
 Json FaultsToJson(const fault::Schedule& faults, std::uint64_t tick) {

@@ -2,13 +2,13 @@
 /// From JSON requests to what the simulation is asked, and back: the words of the control socket.
 /// PROTOCOL.md has the protocol.
 
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "servohil/app/request.hpp"
-#include "servohil/app/telemetry.hpp"
 #include "servohil/model/parameters.hpp"
 
 namespace servohil::app::control {
@@ -24,13 +24,20 @@ struct Permissions {
 enum class Question : std::uint8_t { kStatus, kFaults, kCatalogue };
 using Understood = std::variant<Request, Question, nlohmann::json>;
 
-/// What a request line asks. Never throws: what is wrong is the answer.
-Understood Understand(const nlohmann::json& request, const Permissions& permissions);
+struct RequestLine {
+  std::string id;  ///< as JSON; "null": none
+  Understood asks;
+};
+
+/// What a line asks. Never throws: what is wrong is the answer.
+RequestLine Understand(std::string_view line, const Permissions& permissions);
+
+/// The answer as a line, with its LF.
+std::string AnswerLine(const std::string& id, const nlohmann::json& answer);
 
 /// Answers, without "id".
 nlohmann::json Rejected(const std::string& reason);
 nlohmann::json ToJson(const Answer& answer);
-nlohmann::json StatusToJson(const Telemetry& now);
 nlohmann::json FaultsToJson(const fault::Schedule& faults, std::uint64_t tick);
 nlohmann::json CatalogueToJson(const model::Parameters& unfaulted);
 

@@ -18,6 +18,7 @@
 
 #include "servohil/error.hpp"
 #include "socket_address.hpp"
+#include "status.hpp"
 
 namespace servohil::app::control {
 namespace {
@@ -167,32 +168,35 @@ void Server::Read(Client& client) {
   }
 }
 
-void Server::TakeLine(Client& client, const std::string& line) {
-  const Json request = Json::parse(line, nullptr, false);
-  std::string id = "null";
-  if (request.is_object() && request.contains("id"))
-    id = request["id"].dump(-1, ' ', false, Json::error_handler_t::replace);
-  if (request.is_discarded()) {
-    Reply(client, id, Rejected("this line is not JSON"));
-    return;
-  }
-  Understood understood = Understand(request, permissions_);
-  if (const Json* answer = std::get_if<Json>(&understood)) {
-    Reply(client, id, *answer);
-  } else if (const Question* question = std::get_if<Question>(&understood)) {
-    emulator_.TakeFaults(faults_);
-    Reply(client, id,
-          *question == Question::kStatus   ? StatusToJson(now_)
-          : *question == Question::kFaults ? FaultsToJson(faults_, now_.sample.tick)
-                                           : CatalogueToJson(*permissions_.unfaulted));
+void Server::TakeLine(Client& client, std::string_view line) {
+  RequestLine request = Understand(line, permissions_);
+  if (const Json* answer = std::get_if<Json>(&request.asks)) {
+    Reply(client, request.id, *answer);
+  } else if (const Question* question = std::get_if<Question>(&request.asks)) {
+    Reply(client, request.id, AnswerTo(*question));
   } else {
-    Request asked = std::get<Request>(understood);
-    asked.number = next_request_++;
-    if (asked_.size() < kMostAsked && emulator_.PutRequest(asked)) {
-      asked_.push_back({asked.number, client.number, id});
-    } else {
-      Reply(client, id, Rejected("too many requests wait already"));
-    }
+    Ask(client, std::move(request.id), std::get<Request>(request.asks));
+  }
+}
+
+Json Server::AnswerTo(Question question) {
+  emulator_.TakeFaults(faults_);
+  switch (question) {
+    case Question::kStatus:
+      return StatusToJson(now_);
+    case Question::kFaults:
+      return FaultsToJson(faults_, now_.sample.tick);
+    default:
+      return CatalogueToJson(*permissions_.unfaulted);
+  }
+}
+
+void Server::Ask(Client& client, std::string id, Request request) {
+  request.number = next_request_++;
+  if (asked_.size() < kMostAsked && emulator_.PutRequest(request)) {
+    asked_.push_back({request.number, client.number, std::move(id)});
+  } else {
+    Reply(client, id, Rejected("too many requests wait already"));
   }
 }
 
@@ -218,13 +222,12 @@ bool Server::IsOwed(const Client& client) const {
 }
 
 void Server::Reply(Client& client, const std::string& id, const Json& answer) {
-  std::string text = answer.dump(-1, ' ', false, Json::error_handler_t::replace);
-  text.insert(1, "\"id\":" + id + ",");
+  const std::string text = AnswerLine(id, answer);
   if (client.output.size() + text.size() > kMostOutput) {  // does not read
     client.lost = true;
     return;
   }
-  client.output += text + '\n';
+  client.output += text;
 }
 
 void Server::Write(Client& client) {

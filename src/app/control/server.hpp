@@ -10,10 +10,13 @@
 #include <filesystem>
 #include <list>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "requests.hpp"
 #include "servohil/app/emulator.hpp"
+#include "servohil/app/telemetry.hpp"
 
 namespace servohil::app::control {
 
@@ -32,6 +35,8 @@ class Server {
   void AddTo(std::vector<pollfd>& descriptors) const;
   /// An answer of the simulation is waited for: look again soon.
   bool Waits() const noexcept { return !asked_.empty(); }
+  /// From now on.
+  void Permit(Permissions permissions) { permissions_ = std::move(permissions); }
   /// Takes and answers what there is. Never blocks. @param now  the newest state
   void Serve(const Telemetry& now);
 
@@ -55,7 +60,9 @@ class Server {
   void AcceptWhoCame();
   static void Refuse(int fd);
   void Read(Client& client);
-  void TakeLine(Client& client, const std::string& line);
+  void TakeLine(Client& client, std::string_view line);
+  nlohmann::json AnswerTo(Question question);
+  void Ask(Client& client, std::string id, Request request);
   void TakeAnswers();
   bool IsOwed(const Client& client) const;
   static void Reply(Client& client, const std::string& id, const nlohmann::json& answer);

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "hdf5.hpp"
+#include "influence_columns.hpp"
 #include "recording_format.hpp"
 #include "servohil/app/recording/sample_columns.hpp"
 #include "servohil/error.hpp"
@@ -248,30 +249,21 @@ std::vector<Influence> RecordingReader::Influences() const {
   std::vector<Influence> influences;
   const std::string group = "influences/";
   // What all its columns have: a killed recording's may differ by the last rows.
-  std::uint64_t rows = contents_->Open((group + "for_ticks").c_str()).Rows();
-  const auto fill = [&]<typename T>(const std::string& name, T, auto&& put) {
-    const Column column = contents_->Open((group + name).c_str());
+  std::uint64_t rows = contents_->Open((group + InfluenceColumns().front().name).c_str()).Rows();
+  for (const InfluenceColumn& place : InfluenceColumns()) {
+    const std::string column_name = group + place.name;
+    if (!place.required && !contents_->Has(column_name)) continue;
+    const Column column = contents_->Open(column_name.c_str());
     rows = std::min(rows, column.Rows());
     influences.resize(static_cast<std::size_t>(rows));
-    const std::vector<T> values = ReadAll<T>(column, rows);
-    for (std::size_t i = 0; i < values.size(); ++i) put(influences[i], values[i]);
-  };
-  using U64 = std::uint64_t;
-  using U8 = std::uint8_t;
-  fill("tick", U64{}, [](Influence& i, U64 v) { i.tick = v; });
-  fill("kind", U8{}, [](Influence& i, U8 v) { i.request.kind = static_cast<Request::Kind>(v); });
-  fill("p1_psi", double{}, [](Influence& i, double v) { i.request.p1_psi = v; });
-  fill("fault", U8{}, [](Influence& i, U8 v) { i.request.injection.id = v; });
-  for (std::size_t n = 0; n < fault::kMostParameters; ++n)
-    fill("value_" + std::to_string(n), double{},
-         [n](Influence& i, double v) { i.request.injection.values[n] = v; });
-  fill("start_tick", U64{}, [](Influence& i, U64 v) { i.request.injection.start_tick = v; });
-  fill("ramp_ticks", U64{}, [](Influence& i, U64 v) { i.request.injection.ramp_ticks = v; });
-  fill("for_ticks", U64{}, [](Influence& i, U64 v) { i.request.injection.for_ticks = v; });
-  if (contents_->Has(group + "safety_cause")) {  // since format 2
-    fill("safety_state", U8{}, [](Influence& i, U8 v) { i.request.safety = static_cast<SafetyState>(v); });
-    fill("safety_cause", U8{},
-         [](Influence& i, U8 v) { i.request.safety_cause = static_cast<SafetyCause>(v); });
+    std::visit(
+        [&](auto value) {
+          using Value = std::remove_reference_t<std::invoke_result_t<decltype(value), Influence&>>;
+          const auto stored = ReadAll<StoredInfluence<Value>>(column, rows);
+          for (std::size_t i = 0; i < stored.size(); ++i)
+            value(influences[i]) = static_cast<Value>(stored[i]);
+        },
+        place.place);
   }
   return influences;
 }

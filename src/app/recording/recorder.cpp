@@ -14,6 +14,7 @@
 #include <optional>
 #include <system_error>
 #include <thread>
+#include <variant>
 #include <vector>
 
 #include "../formatted.hpp"
@@ -74,6 +75,9 @@ struct LoggedFrame {
   std::size_t message = 0;         ///< sent
 };
 
+/// One stream, so that no sample is on file before what it has felt.
+using FaultOrInfluence = std::variant<Influence, fault::Event>;
+
 constexpr std::size_t kRecordedStreams = 4;
 constexpr std::size_t Index(RecordedStream stream) {
   return static_cast<std::size_t>(stream);
@@ -107,6 +111,7 @@ class Recorder::Writer {
     if (tick % every_ticks_ == 0) Push(samples_, tick, telemetry);
   }
   void RecordInfluence(const Influence& influence) noexcept { Push(influences_, influence.tick, influence); }
+  void RecordFaultEvent(const fault::Event& event) noexcept { Push(influences_, event.tick, event); }
   void RecordReceived(const can::Frame& frame, std::size_t bus) noexcept {
     const std::int64_t time_ns = frame.receive_time_ns != 0 ? frame.receive_time_ns : rt::RealTimeNs();
     const std::uint64_t tick = newest_tick_.load(std::memory_order_relaxed);
@@ -153,7 +158,7 @@ class Recorder::Writer {
   const std::uint64_t every_ticks_;
 
   LossyRing<Telemetry, kSampleRing> samples_;
-  LossyRing<Influence, kSampleRing> influences_;
+  LossyRing<FaultOrInfluence, kSampleRing> influences_;
   LossyRing<LoggedFrame, kFrameRing> received_;
   LossyRing<LoggedFrame, kFrameRing> sent_;
   std::atomic<std::uint64_t> newest_tick_{0};
@@ -163,7 +168,7 @@ class Recorder::Writer {
   RecordingFile file_;
   bool broken_ = false;  ///< failed, and the file takes no end either
   std::vector<Telemetry> round_samples_;
-  std::vector<Influence> round_influences_;
+  std::vector<FaultOrInfluence> round_influences_;
   std::vector<LoggedFrame> round_received_;
   std::vector<LoggedFrame> round_sent_;
   std::vector<LoggedFrame> to_log_;  ///< in the merge window
@@ -222,7 +227,7 @@ bool Recorder::Writer::TakeRound() {
                        [this](const Telemetry& sample) { round_samples_.push_back(sample); });
   constexpr int kAll = std::numeric_limits<int>::max();
   TakeSome(influences_, RecordedStream::kInfluences, kAll,
-           [this](const Influence& influence) { round_influences_.push_back(influence); });
+           [this](const FaultOrInfluence& influence) { round_influences_.push_back(influence); });
   more |= TakeSome(received_, RecordedStream::kReceivedFrames, kFramesPerRound,
                    [this](const LoggedFrame& frame) { round_received_.push_back(frame); });
   more |= TakeSome(sent_, RecordedStream::kSentFrames, kFramesPerRound,
@@ -245,7 +250,8 @@ bool Recorder::Writer::TakeSome(Ring& ring, RecordedStream stream, int most, con
 
 void Recorder::Writer::WriteRound() {
   const std::int64_t now_ns = rt::MonotonicNs();
-  for (const Influence& influence : round_influences_) file_.Add(influence, now_ns);
+  for (const FaultOrInfluence& one : round_influences_)
+    std::visit([&](const auto& row) { file_.Add(row, now_ns); }, one);
   for (const Telemetry& sample : round_samples_) file_.Add(sample, now_ns);
   for (const LoggedFrame& frame : round_sent_)
     file_.AddPublished(frame.tick, frame.message, frame.frame, now_ns);
@@ -281,7 +287,8 @@ void Recorder::Writer::LoseRound() noexcept {
     if (gap.lost++ == 0) gap = {stream, tick, 1};
   };
   for (const Telemetry& sample : round_samples_) lose(RecordedStream::kSamples, sample.sample.tick);
-  for (const Influence& influence : round_influences_) lose(RecordedStream::kInfluences, influence.tick);
+  for (const FaultOrInfluence& one : round_influences_)
+    std::visit([&](const auto& row) { lose(RecordedStream::kInfluences, row.tick); }, one);
   for (const LoggedFrame& frame : round_received_) lose(RecordedStream::kReceivedFrames, frame.tick);
   for (const LoggedFrame& frame : round_sent_) lose(RecordedStream::kSentFrames, frame.tick);
 }
@@ -315,7 +322,8 @@ void Recorder::Writer::Account() {
   report.influences = file_.Influences();
   report.frames = file_.Frames();
   report.samples_lost = offered_[Index(RecordedStream::kSamples)] - report.samples;
-  report.influences_lost = offered_[Index(RecordedStream::kInfluences)] - report.influences;
+  report.influences_lost =
+      offered_[Index(RecordedStream::kInfluences)] - report.influences - file_.FaultEvents();
   report.frames_lost = offered_[Index(RecordedStream::kReceivedFrames)] +
                        offered_[Index(RecordedStream::kSentFrames)] - report.frames;
   report.complete = !failed_ && report.samples_lost + report.influences_lost + report.frames_lost == 0;
@@ -372,6 +380,10 @@ void Recorder::RecordTick(const Telemetry& telemetry) noexcept {
 
 void Recorder::RecordInfluence(const Influence& influence) noexcept {
   writer_->RecordInfluence(influence);
+}
+
+void Recorder::RecordFaultEvent(const fault::Event& event) noexcept {
+  writer_->RecordFaultEvent(event);
 }
 
 void Recorder::RecordReceived(const can::Frame& frame, std::size_t bus) noexcept {

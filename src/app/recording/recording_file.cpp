@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "../formatted.hpp"
+#include "influence_columns.hpp"
 #include "recording_format.hpp"
 #include "servohil/app/recording/sample_columns.hpp"
 #include "servohil/can/codec.hpp"
@@ -114,24 +115,27 @@ std::vector<TableColumn> PublishedColumns(const can::Message& message) {
   return columns;
 }
 
-std::vector<TableColumn> InfluenceColumns() {
-  using Type = TableColumn::Type;
-  std::vector<TableColumn> columns{
-      TickColumn("the first that feels it"),
-      {"kind", "",
-       "0 fault injected, 1 fault cleared, 2 all faults cleared, 3 P1 set locally, 5 command frame, "
-       "6 supervision",
-       Type::kByte},
-      {"p1_psi", "psi", "command: control pressure demanded"},
-      {"fault", "", "its number in the catalogue; `servohil fault list` has them", Type::kByte}};
-  for (std::size_t i = 0; i < fault::kMostParameters; ++i)
-    columns.push_back({"value_" + std::to_string(i), "", "parameter of the fault, in the catalogue's order"});
-  columns.push_back({"start_tick", "0.1 ms", "fault: from then on", Type::kUnsigned64});
-  columns.push_back({"ramp_ticks", "0.1 ms", "fault: in, and out again", Type::kUnsigned64});
-  columns.push_back({"for_ticks", "0.1 ms", "fault: 0: until cleared", Type::kUnsigned64});
-  columns.push_back({"safety_state", "", "supervision: the state it came to", Type::kByte});
-  columns.push_back({"safety_cause", "", "supervision: why", Type::kByte});
+std::vector<TableColumn> InfluenceTableColumns() {
+  std::vector<TableColumn> columns;
+  for (const InfluenceColumn& column : InfluenceColumns()) {
+    const auto type = std::visit(
+        [](auto place) {
+          return ColumnTypeOf<
+              StoredInfluence<std::remove_reference_t<std::invoke_result_t<decltype(place), Influence&>>>>();
+        },
+        column.place);
+    columns.push_back({column.name, column.unit, column.description, type});
+  }
   return columns;
+}
+
+std::vector<TableColumn> FaultEventColumns() {
+  using Type = TableColumn::Type;
+  return {TickColumn("the first that has something of it, or nothing any more"),
+          {"kind", "", "0 waits, 1 starts, 2 ends, 3 changed, 4 cleared", Type::kByte},
+          {"fault", "", "its number in the catalogue; `servohil fault list` has them", Type::kByte},
+          {"target", "", "as in influences", Type::kByte},
+          {"pulse", "", "starts, ends: how many there were before it", Type::kUnsigned64}};
 }
 
 }  // namespace
@@ -147,7 +151,8 @@ RecordingFile::RecordingFile(const std::filesystem::path& directory, const Recor
 
 void RecordingFile::CreateTables(const Contract& contract, std::uint64_t every_ticks) {
   samples_.emplace(*file_, "samples", SampleTableColumns(), ChunkRows(every_ticks), name_);
-  influences_.emplace(*file_, "influences", InfluenceColumns(), kInfluencesPerChunk, name_);
+  influences_.emplace(*file_, "influences", InfluenceTableColumns(), kInfluencesPerChunk, name_);
+  fault_events_.emplace(*file_, "fault_events", FaultEventColumns(), kInfluencesPerChunk, name_);
   const std::vector<TableColumn> gap{
       {"stream", "", "0 samples, 1 influences, 2 received frames, 3 sent frames", TableColumn::Type::kByte},
       TickColumn("of the first one lost; of received frames about"),
@@ -183,20 +188,26 @@ void RecordingFile::WriteSamples() {
 }
 
 void RecordingFile::Add(const Influence& influence, std::int64_t now_ns) {
-  const Request& request = influence.request;
-  const fault::Injection& injection = request.injection;
-  std::size_t column = 0;
-  influences_->Put(column++, influence.tick);
-  influences_->Put(column++, static_cast<std::uint8_t>(request.kind));
-  influences_->Put(column++, request.p1_psi);
-  influences_->Put(column++, injection.id);
-  for (const double value : injection.values) influences_->Put(column++, value);
-  influences_->Put(column++, injection.start_tick);
-  influences_->Put(column++, injection.ramp_ticks);
-  influences_->Put(column++, injection.for_ticks);
-  influences_->Put(column++, static_cast<std::uint8_t>(request.safety));
-  influences_->Put(column++, static_cast<std::uint8_t>(request.safety_cause));
+  Influence copy = influence;
+  const auto columns = InfluenceColumns();
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    std::visit(
+        [&](auto place) {
+          using Value = std::remove_reference_t<decltype(place(copy))>;
+          influences_->Put(i, static_cast<StoredInfluence<Value>>(place(copy)));
+        },
+        columns[i].place);
+  }
   EndRow(*influences_, now_ns);
+}
+
+void RecordingFile::Add(const fault::Event& event, std::int64_t now_ns) {
+  fault_events_->Put(0, event.tick);
+  fault_events_->Put(1, static_cast<std::uint8_t>(event.kind));
+  fault_events_->Put(2, event.id);
+  fault_events_->Put(3, event.target);
+  fault_events_->Put(4, std::uint64_t{event.pulse});
+  EndRow(*fault_events_, now_ns);
 }
 
 void RecordingFile::Add(const RecordingGap& gap, std::int64_t now_ns) {
@@ -254,7 +265,7 @@ void RecordingFile::Write(std::int64_t now_ns, bool all) {
 }
 
 std::vector<TableWriter*> RecordingFile::OtherTables() {
-  std::vector<TableWriter*> tables{&*influences_, &*gaps_};
+  std::vector<TableWriter*> tables{&*influences_, &*fault_events_, &*gaps_};
   for (auto& published : published_) tables.push_back(&published.table);
   return tables;
 }
@@ -269,6 +280,7 @@ void RecordingFile::Close(const std::optional<RecordingEnd>& end, const Recordin
   published_.clear();
   samples_.reset();
   influences_.reset();
+  fault_events_.reset();
   gaps_.reset();
   log_.reset();
   if (!file_.Close()) throw EnvironmentError(name_ + ": cannot be closed: " + hdf5::LastError());

@@ -28,6 +28,7 @@ class RecordingFile {
   /// @pre every influence up to the sample's tick has been added: no file holds a sample without them
   void Add(const Telemetry& telemetry, std::int64_t now_ns);
   void Add(const Influence& influence, std::int64_t now_ns);
+  void Add(const fault::Event& event, std::int64_t now_ns);
   void Add(const RecordingGap& gap, std::int64_t now_ns);
   void AddPublished(std::uint64_t tick, std::size_t message, const can::Frame& frame, std::int64_t now_ns);
   /// @param bus  of all of them, when nothing
@@ -38,6 +39,7 @@ class RecordingFile {
 
   std::uint64_t Samples() const noexcept { return samples_->Rows(); }
   std::uint64_t Influences() const noexcept { return influences_->Rows(); }
+  std::uint64_t FaultEvents() const noexcept { return fault_events_->Rows(); }
   std::uint64_t Frames() const noexcept { return frames_; }
 
   /// Closes both, and opens servohil.h5 once more for the attributes of the end: single-writer mode takes no
@@ -59,6 +61,7 @@ class RecordingFile {
   std::optional<BusLog> log_;
   std::optional<TableWriter> samples_;
   std::optional<TableWriter> influences_;
+  std::optional<TableWriter> fault_events_;
   std::optional<TableWriter> gaps_;
   struct PublishedTable {
     can::Message message;

@@ -63,6 +63,8 @@ class Recorder {
   void RecordTick(const Telemetry& telemetry) noexcept;
   /// An influence from outside with the first tick that uses it; before RecordTick() of that tick.
   void RecordInfluence(const Influence& influence) noexcept;
+  /// What has happened to a fault.
+  void RecordFaultEvent(const fault::Event& event) noexcept;
 
   /// Receiver thread. Wait-free, real-time safe. @param bus  index into RecordingAttributes::buses
   void RecordReceived(const can::Frame& frame, std::size_t bus) noexcept;

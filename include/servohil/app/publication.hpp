@@ -1,0 +1,33 @@
+#pragma once
+/// What is told to the outside at one moment: the truth, what the sensors say of it, and what becomes of the
+/// frames. Plain structs that cross threads.
+
+#include <array>
+#include <cstddef>
+
+#include "servohil/app/quantity.hpp"
+#include "servohil/app/telemetry.hpp"
+#include "servohil/fault/acts.hpp"
+
+namespace servohil::app {
+
+inline constexpr std::size_t kMostQuantities = 64;
+
+/// What the sensors say. Not a number: not available; infinite: as much as the signal can say.
+struct Measured {
+  bool is_truth = true;                          ///< no sensor fault acts: `values` are not set
+  std::array<double, kMostQuantities> values{};  ///< in the order of Quantities()
+
+  /// @param truth  what is measured
+  double Of(const Quantity& quantity, const Telemetry& truth) const noexcept {
+    return is_truth ? quantity.value(truth) : values[IndexOf(quantity)];
+  }
+};
+
+struct Publication {
+  Telemetry telemetry;
+  Measured measured;
+  fault::Transmission fate;  ///< of its frames
+};
+
+}  // namespace servohil::app

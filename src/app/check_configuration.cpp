@@ -1,0 +1,59 @@
+#include "check_configuration.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <iostream>
+
+#include "bus_setup.hpp"
+#include "log.hpp"
+#include "servohil/app/contract.hpp"
+#include "servohil/app/envelope_check.hpp"
+#include "servohil/can/bus.hpp"
+#include "servohil/can/dbc.hpp"
+#include "servohil/error.hpp"
+
+namespace servohil::app {
+namespace {
+
+/// Carries out one check after the other, whatever the others found.
+class Checks {
+ public:
+  template <typename Check>
+  void Run(Check&& check) {
+    try {
+      check();
+    } catch (const UsageError& error) {
+      std::cerr << ErrorPrefix() << error.what() << '\n';
+      passed_ = false;
+    }
+  }
+  bool Passed() const noexcept { return passed_; }
+
+ private:
+  bool passed_ = true;
+};
+
+}  // namespace
+
+int CheckConfiguration(const ConfigurationOptions& options, const std::vector<std::string>& buses) {
+  const Configuration configuration = options.Load();
+  const model::Derived derived(configuration.model);
+  Checks checks;
+  checks.Run([&] { RequireSteadyStateAt(derived, configuration.start_x3_in); });
+  checks.Run([&] {
+    if (const std::string warning = CheckEnvelope(configuration, derived); !warning.empty())
+      spdlog::warn("{}", warning);
+  });
+  checks.Run([&] {
+    const Contract contract(can::ReadDbc(configuration.can.dbc), configuration.publish);
+    CheckBusLoad(contract, configuration.can);
+  });
+  for (const std::string& url : buses.empty() ? configuration.can.buses : buses)
+    checks.Run([&] { can::CheckUrl(url); });
+  if (!checks.Passed()) return kExitUsage;
+  std::cout << "configuration ok: "
+            << (options.file.empty() ? DefaultConfigurationFile() : options.file).string() << '\n';
+  return kExitOk;
+}
+
+}  // namespace servohil::app

@@ -1,0 +1,49 @@
+#include "status.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "../run_report.hpp"
+#include "servohil/app/ticks.hpp"
+
+namespace servohil::app::control {
+
+namespace {
+
+/// States, causes and what became of the frames with the command's identifier.
+nlohmann::json SafetyToJson(const Status& status) {
+  nlohmann::json frames = nlohmann::json::object();
+  for (std::size_t i = 0; i < kFrameVerdicts; ++i) frames[kFrameVerdictNames[i]] = status.frames.of[i];
+  frames["lost"] = status.frames.lost;
+  return {{"state", NameOf(status.safety)},
+          {"cause", NameOf(status.safety_cause)},
+          {"losses", status.losses},
+          {"trips", status.trips},
+          {"frames", frames}};
+}
+
+}  // namespace
+
+nlohmann::json StatusToJson(const Telemetry& now) {
+  const Sample& s = now.sample;
+  return {{"result", "OK"},
+          {"tick", s.tick},
+          {"time_s", SecondsOf(s.tick)},
+          {"mode", NameOf(now.status.mode)},
+          {"timing_valid", now.status.TimingValid()},
+          {"late_ticks", now.status.late.Total()},
+          {"worst_lateness_ms", static_cast<double>(now.status.worst_lateness_ns) / 1e6},
+          {"p1_psi", s.p1_psi},
+          {"x3_in", s.state.x3_in},
+          {"v3_in_s", s.state.v3_in_s},
+          {"p2_psi", s.state.p2_psi},
+          {"p3_psi", s.state.p3_psi},
+          {"p4_psi", s.state.p4_psi},
+          {"p8_psi", s.state.p8_psi},
+          {"stuck", s.state.mode.PistonRests()},
+          {"model_fault", s.model_fault},
+          {"active_faults", now.status.active_faults},
+          {"safety", SafetyToJson(now.status)},
+          {"command_age_s", SecondsOf(now.status.command_age_ticks)}};
+}
+
+}  // namespace servohil::app::control

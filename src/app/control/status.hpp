@@ -1,0 +1,14 @@
+#pragma once
+/// The state of a run as the control socket tells it.
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "servohil/app/telemetry.hpp"
+
+namespace servohil::app::control {
+
+/// The answer to `status`, without "id". A new field is one line here and one in PROTOCOL.md: `servohil
+/// status` shows whatever there is.
+nlohmann::json StatusToJson(const Telemetry& now);
+
+}  // namespace servohil::app::control

@@ -1,0 +1,45 @@
+#include "simulated_run.hpp"
+
+namespace servohil::app::scenario {
+namespace {
+
+/// No bus is disturbed: only the configuration may forbid it.
+control::Permissions PermissionsOf(const Configuration& configuration) {
+  return {&configuration.model, configuration.fault.armed != Armed::kNo,
+          "faults are not armed: fault.armed = \"no\""};
+}
+
+}  // namespace
+
+SimulatedRun::SimulatedRun(const ScenarioFile& file, const Configuration& configuration,
+                           const model::SteadyState& start)
+    : scenario_(file.Understand(PermissionsOf(configuration))),
+      course_(scenario_.commands, start.p1_psi),
+      evaluation_(scenario_) {}
+
+void SimulatedRun::AddTo(TaskOptions& options) const {
+  options.is_scenario = true;
+  options.duration_ticks = scenario_.duration_ticks;
+  options.wait_ticks = 1;  // the first command is there before the first tick
+  options.script = scenario_.faults;
+}
+
+void SimulatedRun::Command(SimulationTask& task) {
+  const double p1_psi = course_.At(task.Now().sample.tick);
+  if (p1_psi == p1_psi_) return;
+  p1_psi_ = p1_psi;
+  task.PutRequest({.kind = Request::Kind::kCommand, .p1_psi = p1_psi});
+}
+
+void SimulatedRun::Take(SimulationTask& task) {
+  evaluation_.Take(task.Now());
+  Command(task);
+}
+
+Verdict SimulatedRun::Judge(const SimulationTask& task) const {
+  return evaluation_.Judge(task.ScriptRefused() > 0
+                               ? std::vector<std::string>{"faults were refused: too many at once"}
+                               : std::vector<std::string>{});
+}
+
+}  // namespace servohil::app::scenario

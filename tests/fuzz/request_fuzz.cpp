@@ -1,0 +1,38 @@
+// Any line on the control socket: a request within its ranges, or an answer that is one line of JSON.
+
+#include "fuzz.hpp"
+
+#include <cmath>
+
+#include "control/requests.hpp"
+
+namespace {
+
+namespace control = servohil::app::control;
+using servohil::app::Request;
+
+void RequireSound(const Request& request) {
+  if (request.kind == Request::Kind::kCommand)
+    Require(request.p1_psi >= 0.0 && request.p1_psi <= 300.0, "P1 is within its range");
+  for (const double value : request.injection.values) Require(std::isfinite(value), "parameters are finite");
+}
+
+void RequireOneLineOfJson(const std::string& line) {
+  Require(!line.empty() && line.find('\n') == line.size() - 1, "an answer is one line");
+  Require(nlohmann::json::parse(line, nullptr, false).is_object(), "an answer is a JSON object");
+}
+
+}  // namespace
+
+int FuzzOne(std::string_view line) {
+  constexpr std::size_t kLongestLine = 4'096;
+  if (line.size() > kLongestLine || line.find('\n') != std::string_view::npos) return -1;
+  static const servohil::model::Parameters unfaulted;
+  static const control::Permissions permissions{&unfaulted, true, {}};
+  const control::RequestLine understood = control::Understand(line, permissions);
+  if (const Request* request = std::get_if<Request>(&understood.asks)) RequireSound(*request);
+  const nlohmann::json* answer = std::get_if<nlohmann::json>(&understood.asks);
+  RequireOneLineOfJson(
+      control::AnswerLine(understood.id, answer != nullptr ? *answer : control::Rejected("")));
+  return 0;
+}
