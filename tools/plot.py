@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Plots time series of `servohil simulate` and of governor.py: one panel a quantity, one curve a file."""
+"""Plots time series of `servohil simulate` and of governor.py: one panel a quantity, one curve a file. Or a recording
+(`--record`): command, position as it was and as the frames said, pressures, friction, and faults as shaded bands."""
 
 import argparse
 import csv
@@ -103,7 +104,8 @@ class Parser(argparse.ArgumentParser):
 
 def arguments():
     parser = Parser(description=__doc__)
-    parser.add_argument("files", nargs="+", metavar="CSV", help="files with the column t_s [s]")
+    parser.add_argument("files", nargs="+", metavar="CSV|RECORDING",
+                        help="files with the column t_s [s], or the directory of one recording")
     parser.add_argument("--columns", default="p1_psi,x3_in,v3_in_s,p3_psi", metavar="NAME,...",
                         help="a panel each, from the top; default: %(default)s; units are in the names")
     parser.add_argument("--label", action="append", default=[], metavar="TEXT",
@@ -119,8 +121,21 @@ def arguments():
     return parser.parse_args()
 
 
+def draw_recording(args):
+    from plot_recording import Recording, draw as draw_it
+    try:
+        recording = Recording(args.files[0])
+    except (OSError, KeyError) as error:
+        raise Mistake(f"{args.files[0]}: not a recording that can be read: {error}") from None
+    draw_it(recording, args.output, tuple(args.window) if args.window else None, args.title)
+
+
 def main():
     args = arguments()
+    if Path(args.files[0]).is_dir() or args.files[0].endswith(".h5"):
+        if len(args.files) > 1:
+            raise Mistake("one recording at a time")
+        return draw_recording(args)
     if len(args.files) > len(COLOURS):
         raise Mistake(f"{len(args.files)} files: at most {len(COLOURS)} can be told apart")
     columns = args.columns.split(",")

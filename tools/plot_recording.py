@@ -26,10 +26,20 @@ class Recording:
                                for name, value in file.attrs.items()}
             self.tick_s = float(self.attributes["tick_s"])
             self.samples = _columns(file["samples"])
-            self.events = _columns(file["fault_events"])
+            self.events = _columns(file["fault_events"]) if "fault_events" in file else None
             self.published_ticks = {name: group["tick"][:] for name, group in file["published"].items()}
         self.t_s = self.samples["tick"] * self.tick_s
         self.name = self.directory.name
+
+    def begin_with_the_first_command(self):
+        """Time counts from there on."""
+        import numpy
+        first = int(numpy.argmax(self.samples["commanded"] != 0))
+        begin = int(self.samples["tick"][first]) - 1 if len(self.samples["tick"]) else 0
+        self.t_s = self.t_s - begin * self.tick_s
+        if self.events is not None:
+            self.events["tick"] = self.events["tick"].astype(float) - begin
+        self.published_ticks = {name: ticks.astype(float) - begin for name, ticks in self.published_ticks.items()}
 
     def published(self, signals):
         """{signal: (times, values)} as the frames carried them: bus.log, decoded with the recorded DBC."""
@@ -55,14 +65,17 @@ class Recording:
     def _messages(self, signals):
         """{signal: message that was published with it}"""
         import canmatrix.formats
-        matrix = canmatrix.formats.loads_flat(self.attributes["dbc"], import_type="dbc", key="")
-        messages = [m for m in matrix.frames if len(self.published_ticks.get(m.name, ())) > 0]
+        texts = [text for name, text in self.attributes.items() if name == "dbc" or name.startswith("dbc_")]
+        messages = [m for text in texts for m in canmatrix.formats.loads_flat(text, import_type="dbc", key="").frames
+                    if len(self.published_ticks.get(m.name, ())) > 0]
         return {s: m for m in messages for s in signals if m.signal_by_name(s) is not None}
 
     def bands(self):
         """[(name, from, to)] of each time that a fault acted; s."""
         names = dict(line.split(" ", 1) for line in self.attributes.get("faults", "").splitlines() if " " in line)
         acting, bands = {}, []
+        if self.events is None:  # of a program older than they are
+            return bands
         for tick, kind, fault, target in zip(*(self.events[c] for c in ("tick", "kind", "fault", "target"))):
             t_s, which = float(tick) * self.tick_s, (int(fault), int(target))
             if kind in (ENDS, CLEARED) and which in acting:
@@ -167,7 +180,7 @@ def _strip(panel, recording, window):
 
 
 def _shade(panels, bands, window):
-    """Faults as bands over all panels but the last strip, with their names at the top."""
+    """Faults as bands over all panels, their names above the first."""
     names = list(dict.fromkeys(name for name, *_ in bands))
     for name, begin, end in bands:
         colour = BAND_COLOURS[names.index(name) % len(BAND_COLOURS)]
@@ -176,8 +189,8 @@ def _shade(panels, bands, window):
         row = names.index(name)
         left = max(begin, window[0]) + 0.004 * (window[1] - window[0])
         if window[0] <= end and begin <= window[1]:
-            panels[0].annotate(name, (left, 0.93 - 0.14 * (row % 4)), xycoords=("data", "axes fraction"), fontsize=8,
-                               color=colour, fontweight="bold", va="top")
+            panels[0].annotate(name, (left, 1.03 + 0.12 * (row % 4)), xycoords=("data", "axes fraction"), fontsize=8,
+                               color=colour, fontweight="bold", va="bottom", annotation_clip=False)
 
 
 def _columns(group):

@@ -55,5 +55,10 @@ else
   done
 fi
 
+# Interfaces are made, removed and broken: in a guest, whatever this kernel has.
+say "bus faults on the real SocketCAN stack"
+tools/vcan-guest --timeout 300 --env SERVOHIL_BUS=socketcan --env SERVOHIL_BUILD --env PYTHONDONTWRITEBYTECODE \
+  -- "${pytest[@]}" tests/e2e/test_bus_faults.py
+
 say "whole program, release build"
 "${pytest[@]}" tests/can tests/e2e

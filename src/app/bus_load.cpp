@@ -1,21 +1,18 @@
 #include "servohil/app/contract.hpp"
+#include "servohil/can/frame_bits.hpp"
 
 namespace servohil::app {
 
-int WorstCaseFrameBits(int size_bytes, bool extended) noexcept {
-  const int stuffable = (extended ? 54 : 34) + 8 * size_bytes;
-  return stuffable + 13 + (stuffable - 1) / 4;
-}
-
-std::vector<Contract::Load> Contract::BusLoad(int command_cycle_ms) const {
-  const auto load = [](const can::Message& message, int cycle_ms) {
-    const double bits = WorstCaseFrameBits(message.size_bytes, message.extended);
-    return Load{message.name, cycle_ms, bits * 1000.0 / cycle_ms};
+std::vector<Contract::Load> Contract::BusLoad() const {
+  const auto load = [&](const can::Message& message, int cycle_ms) {
+    const can::FrameBits bits = can::WorstCaseBits(message);
+    return Load{message.name, cycle_ms, (bits.nominal + bits.data * data_rate_ratio_) * 1000.0 / cycle_ms};
   };
-  std::vector<Load> loads = {load(*command_, command_cycle_ms)};
-  for (const Outgoing& outgoing : outgoing_) {
+  std::vector<Load> loads;
+  for (const ReceivedMessage& incoming : incoming_)
+    loads.push_back(load(*incoming.message, incoming.cycle_ms));
+  for (const PublishedMessage& outgoing : outgoing_)
     loads.push_back(load(*outgoing.message, outgoing.cycle_ms));
-  }
   return loads;
 }
 

@@ -2,8 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <string_view>
-
 #include "formatted.hpp"
 #include "servohil/can/interface_state.hpp"
 #include "servohil/error.hpp"
@@ -17,7 +15,9 @@ std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted, co
       urls.push_back(url);
       continue;
     }
-    urls.push_back(can::AutomaticUrl(can.interfaces));
+    urls.push_back(can::AutomaticUrl(can.interfaces, can.allow_physical));
+    if (const std::string any = can::AutomaticUrl(can.interfaces); any != urls.back())
+      spdlog::info("--can auto: {}", can::PhysicalRefusal(any));
     std::string looked_for;
     for (const std::string& interface : can.interfaces)
       looked_for += (looked_for.empty() ? "" : ", ") + interface;
@@ -30,28 +30,29 @@ void CheckBusLoad(const Contract& contract, const CanSettings& can) {
   constexpr double kWarnAbove = 0.7;
   double bits_per_s = 0.0;
   std::string parts;
-  for (const Contract::Load& load : contract.BusLoad(can.command_cycle_ms)) {
+  for (const Contract::Load& load : contract.BusLoad()) {
     bits_per_s += load.bits_per_s;
     parts += (parts.empty() ? "" : ", ") + load.message + " every " + std::to_string(load.cycle_ms) + " ms";
   }
-  const double share = bits_per_s / can.bit_rate_bit_s;
+  const int bit_rate_bit_s =
+      can.emulate_bit_rate_bit_s != 0 ? can.emulate_bit_rate_bit_s : can.bit_rate_bit_s;
+  const double share = bits_per_s / bit_rate_bit_s;
   const std::string line =
-      Formatted("bus load at worst-case stuffing %.1f %% of %d bit/s: ", 100.0 * share, can.bit_rate_bit_s) +
+      Formatted("bus load at worst-case stuffing %.1f %% of %d bit/s: ", 100.0 * share, bit_rate_bit_s) +
       parts;
-  if (share > 1.0) throw UsageError(line + "; more than the bus carries: raise the publish.*_ms cycle times");
+  const std::string times = can.publish.empty() ? "publish.*_ms cycle times" : "cycle_ms of can.publish";
+  if (share > 1.0) throw UsageError(line + "; more than the bus carries: raise the " + times);
   if (share > kWarnAbove) {
-    spdlog::warn("{}; above 70 % other nodes will wait: raise the publish.*_ms cycle times", line);
+    spdlog::warn("{}; above 70 % other nodes will wait: raise the {}", line, times);
   } else {
     spdlog::info("{}", line);
   }
 }
 
 void ReportBuses(const can::Network& network, int bit_rate_bit_s) {
-  constexpr std::string_view kKernel = "socketcan:";
   for (const auto& bus : network.Buses()) {
     if (const std::string state = bus->State(); !state.empty()) spdlog::info("{}: {}", bus->Name(), state);
-    if (bus->Name().rfind(kKernel, 0) != 0) continue;
-    const auto real = can::InterfaceBitRate(bus->Name().substr(kKernel.size()));
+    const auto real = can::InterfaceBitRate(bus->Interface());
     if (real && *real != static_cast<std::uint32_t>(bit_rate_bit_s)) {
       spdlog::warn("{} runs at {} bit/s, can.bit_rate_bit_s = {}: the bus load above is wrong by that ratio",
                    bus->Name(), *real, bit_rate_bit_s);

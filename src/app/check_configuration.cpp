@@ -9,7 +9,6 @@
 #include "servohil/app/contract.hpp"
 #include "servohil/app/envelope_check.hpp"
 #include "servohil/can/bus.hpp"
-#include "servohil/can/dbc.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {
@@ -45,7 +44,7 @@ int CheckConfiguration(const ConfigurationOptions& options, const std::vector<st
       spdlog::warn("{}", warning);
   });
   checks.Run([&] {
-    const Contract contract(can::ReadDbc(configuration.can.dbc), configuration.publish);
+    const Contract contract(configuration);
     CheckBusLoad(contract, configuration.can);
   });
   for (const std::string& url : buses.empty() ? configuration.can.buses : buses)

@@ -2,17 +2,16 @@
 #include <charconv>
 #include <iostream>
 #include <memory>
-#include <optional>
 
 #include "commands.hpp"
 #include "control/client.hpp"
 #include "control/server.hpp"
 #include "fault_document.hpp"
 #include "formatted.hpp"
+#include "injection_words.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
 #include "servohil/fault/catalogue.hpp"
-#include "servohil/nearest_name.hpp"
 
 namespace servohil::app {
 namespace {
@@ -23,7 +22,6 @@ struct Options {
   std::string socket;
   std::string fault;
   std::vector<std::string> parameters;
-  std::optional<double> at_s;
   bool all = false;
   bool markdown = false;
 };
@@ -33,20 +31,20 @@ control::Client Connect(const Options& options) {
                                                 : std::filesystem::path(options.socket));
 }
 
-/// "fraction=0.02" → {"fraction": 0.02}
+/// "fraction=0.02" → {"fraction": 0.02}; what is no number is a text: "signal=x3".
 Json ParametersOf(const Options& options) {
   Json parameters = Json::object();
   for (const std::string& text : options.parameters) {
     const std::size_t equals = text.find('=');
-    const char* begin = text.data() + (equals == std::string::npos ? text.size() : equals + 1);
+    if (equals == 0 || equals == std::string::npos || equals + 1 == text.size())
+      throw UsageError("fault inject: " + text + ": expected NAME=VALUE, such as fraction=0.02");
+    const char* begin = text.data() + equals + 1;
     const char* end = text.data() + text.size();
     double value = 0.0;
     const auto [parsed, error] = std::from_chars(begin, end, value);
-    if (equals == 0 || begin == end || error != std::errc{} || parsed != end)
-      throw UsageError("fault inject: " + text + ": expected NAME=NUMBER, such as fraction=0.02");
-    parameters[text.substr(0, equals)] = value;
+    const bool is_number = error == std::errc{} && parsed == end;
+    parameters[text.substr(0, equals)] = is_number ? Json(value) : Json(text.substr(equals + 1));
   }
-  if (options.at_s) parameters["at_s"] = *options.at_s;
   return parameters;
 }
 
@@ -65,6 +63,8 @@ int Inject(const Options& options) {
     const auto tick = answer.value("tick", std::uint64_t{0});
     std::cout << Formatted("APPLIED: %s from tick %llu (%.4f s) on\n", options.fault.c_str(),
                            static_cast<unsigned long long>(tick), SecondsOf(tick));
+    if (const std::string warning = answer.value("warning", ""); !warning.empty())
+      std::cerr << "servohil: warning: " << warning << '\n';
   }
   return Judge(answer);
 }
@@ -74,6 +74,7 @@ int Clear(const Options& options) {
     throw UsageError("fault clear: expected the name of a fault, or --all");
   Json request = {{"request", "clear"}};
   if (!options.all) request["fault"] = options.fault;
+  request["parameters"] = ParametersOf(options);
   const Json answer = Connect(options).Ask(request);
   if (answer.value("result", "") == "APPLIED") {
     std::cout << "APPLIED: cleared from tick " << answer.value("tick", std::uint64_t{0}) << " on\n";
@@ -83,6 +84,16 @@ int Clear(const Options& options) {
 
 std::string ParameterText(const fault::ParameterSpec& p) {
   return Formatted("%s=%g%s%s", p.name, p.preset, *p.unit != 0 ? " " : "", p.unit);
+}
+
+/// "  ** on x3_in: 100 % **" of one that is injected.
+std::string StateOf(const Json& injected) {
+  const Json& parameters = injected.at("parameters");
+  const std::string target = parameters.value("signal", parameters.value("message", ""));
+  const double share = injected.value("share", 0.0);
+  std::string state = Formatted("%.0f %%", 100.0 * share);
+  if (injected.value("waits", false)) state = "waits for " + injected.value("trigger", "");
+  return "  ** " + (target.empty() ? "injected, " : "on " + target + ": ") + state + " **";
 }
 
 /// All there are; with the state of those that are injected, where a run can be asked.
@@ -111,8 +122,7 @@ int List(const Options& options) {
     }
     std::string state;
     for (const Json& one : injected) {
-      if (one.value("fault", "") == spec.name)
-        state = Formatted("  ** injected, %.0f %% **", 100.0 * one.value("share", 0.0));
+      if (one.value("fault", "") == spec.name) state += StateOf(one);
     }
     std::cout << Formatted("  %-28s %s%s\n", spec.name, parameters.c_str(), state.c_str());
   }
@@ -120,32 +130,29 @@ int List(const Options& options) {
   return kExitOk;
 }
 
+std::string CommonText(const CommonParameter& p) {
+  const std::string range = p.minimum == p.maximum ? ""
+                                                   : Formatted("; %g to %g%s%s", p.minimum, p.maximum,
+                                                               *p.unit != 0 ? " " : "", p.unit);
+  const std::string preset = *p.preset == 0 ? "" : Formatted(", default %s", p.preset);
+  return Formatted("  %-16s %s%s%s\n", p.name, p.meaning, (range.empty() ? ";" : range.c_str()),
+                   preset.c_str());
+}
+
 int Show(const Options& options) {
-  std::vector<std::string> names;
-  for (const fault::Spec& spec : fault::Catalogue()) {
-    names.emplace_back(spec.name);
-    if (options.fault != spec.name) continue;
-    std::cout << spec.name << " (" << fault::NameOf(spec.part) << ")\n  " << spec.effect << '\n';
-    for (const fault::ParameterSpec& p : spec.parameters) {
-      if (p.name == nullptr) continue;
-      std::cout << Formatted("  %-16s %s; %g to %g%s%s, default %g\n", p.name, p.meaning, p.minimum,
-                             p.maximum, *p.unit != 0 ? " " : "", p.unit, p.preset);
-    }
-    std::cout << "  at_s             start, simulated time [s]; default: now\n"
-                 "  ramp_s           rises in this time, and falls again at the end [s]; default: 0\n"
-                 "  for_s            ends after this time [s]; default: when cleared\n";
-    if (spec.needs == fault::Needs::kFullPhysics) std::cout << "  Only with model.physics = \"full\".\n";
-    if (spec.needs == fault::Needs::kStabilizer) std::cout << "  Only with stabilizer.enabled = true.\n";
-    std::cout << "  servohil fault inject " << spec.name;
-    for (const fault::ParameterSpec& p : spec.parameters) {
-      if (p.name != nullptr) std::cout << Formatted(" %s=%g", p.name, p.preset);
-    }
-    std::cout << " ramp_s=0.5 for_s=3\n";
-    return kExitOk;
+  const fault::Spec& spec = RequireFault(options.fault);
+  std::cout << spec.name << " (" << fault::NameOf(spec.part) << ")\n  " << spec.effect << '\n';
+  for (const fault::ParameterSpec& p : spec.parameters) {
+    if (p.name == nullptr) break;
+    std::cout << Formatted("  %-16s %s; %g to %g%s%s, default %g\n", p.name, p.meaning, p.minimum, p.maximum,
+                           *p.unit != 0 ? " " : "", p.unit, p.preset);
   }
-  const std::string nearest = NearestName(options.fault, names);
-  throw UsageError("fault show: there is no fault " + options.fault +
-                   (nearest.empty() ? "; `servohil fault list` has all" : "; did you mean " + nearest + "?"));
+  for (const CommonParameter& p : CommonParameters()) {
+    if (p.fits(spec)) std::cout << CommonText(p);
+  }
+  if (const char* only = fault::OnlyWith(spec.needs)) std::cout << "  Only with " << only << ".\n";
+  std::cout << "  " << ExampleLine(spec) << '\n';
+  return kExitOk;
 }
 
 int ShowStatus(const Options& options) {
@@ -179,11 +186,28 @@ void AddFaultCommand(CLI::App& program, int& exit_status) {
   CLI::App* inject =
       add("inject", "Injects a fault: fault inject air_entrainment fraction=0.02 ramp_s=0.5 for_s=3", Inject);
   inject->add_option("fault", options->fault, "its name; `servohil fault list` has all")->required();
-  inject->add_option("parameters", options->parameters, "NAME=NUMBER: the fault's own, ramp_s, for_s")
-      ->type_name("NAME=NUMBER");
-  inject->add_option("--at", options->at_s, "simulated time at which it starts [s]; default: now")
-      ->type_name("S")
-      ->check(CLI::Range(0.0, 1e6));
+  inject
+      ->add_option("parameters", options->parameters,
+                   "NAME=VALUE: the fault's own and those that all have; `servohil fault show NAME`")
+      ->type_name("NAME=VALUE");
+  // Parameters that read better as options.
+  const auto also = [&](const char* option, const char* parameter, const char* type, const char* meaning) {
+    inject
+        ->add_option_function<std::string>(
+            option,
+            [options, name = std::string(parameter)](const std::string& value) {
+              options->parameters.push_back(name + "=" + value);
+            },
+            meaning)
+        ->type_name(type);
+  };
+  also("--at", "at_s", "S", "simulated time at which it starts [s]; default: now");
+  also("--when", "when", "CONDITION", "starts when this comes true: 'x3_in > 5', 'p3_psi < 40'");
+  also("--when-frame", "when_frame", "ID", "starts when the frame with this identifier is received: 0x100");
+  also("--when-fault", "when_fault", "NAME", "starts with the tick after the start of this other fault");
+  also("--every", "every_s", "S", "starts again each time that this has passed [s]");
+  also("--duty", "duty", "SHARE", "share of --every for which it lasts; default: 0.5");
+  also("--times", "times", "N", "how often; 0: without end");
   CLI::App* list = add("list", "All faults, their parameters with defaults, and which are injected", List);
   list->add_flag("--markdown", options->markdown, "the catalogue as FAULTS.md has it; asks no run");
   CLI::App* show = add("show", "One fault: effect, parameters, ranges", Show);
@@ -191,6 +215,8 @@ void AddFaultCommand(CLI::App& program, int& exit_status) {
   CLI::App* clear =
       add("clear", "Ends a fault, or all: the parameters are then exactly the unfaulted ones", Clear);
   clear->add_option("fault", options->fault, "its name");
+  clear->add_option("parameters", options->parameters, "signal=NAME or message=NAME: there alone")
+      ->type_name("NAME=VALUE");
   clear->add_flag("--all", options->all, "all of them");
 }
 

@@ -33,22 +33,37 @@ FrameVerdict VerdictOf(can::E2eVerdict verdict) noexcept {
 CommandGuard::CommandGuard(const SafetySettings& settings, int cycle_ms) noexcept
     : settings_(settings), cycle_s_(cycle_ms / 1e3) {}
 
-FrameVerdict CommandGuard::Judge(const can::Frame& frame, const std::optional<Command>& decoded,
+FrameVerdict CommandGuard::Judge(const can::Frame& frame, const std::optional<Demand>& demand,
                                  CommandRejection why, const FrameTime& time) noexcept {
   FrameVerdict verdict = FrameVerdict::kMalformed;
-  if (decoded || why == CommandRejection::kOutOfRange) {
+  if (why != CommandRejection::kMalformed) {
     // The sequence first: a frame that is refused for its value or age was none the less the next one.
     verdict = JudgeSequence(frame);
-    if (verdict == FrameVerdict::kValid)
-      verdict = decoded ? JudgeValue(decoded->p1_psi, time) : FrameVerdict::kOutOfRange;
+    if (verdict == FrameVerdict::kValid && IsStale(time)) verdict = FrameVerdict::kStale;
   }
+  if (verdict == FrameVerdict::kValid && demand) TakeCondition(*demand, time);
+  if (verdict == FrameVerdict::kValid)
+    verdict = demand && demand->p1_psi ? JudgeValue(*demand->p1_psi, time) : FrameVerdict::kOutOfRange;
   ++newest_.counts.Of(verdict);
   if (verdict == FrameVerdict::kValid) {
-    Follow(*decoded, time);
+    Follow(*demand->p1_psi, time);
   } else {
     newest_.good_in_a_row = 0;
   }
   return verdict;
+}
+
+/// A wrong P1 takes nothing from a trip in the same frame.
+void CommandGuard::TakeCondition(const Demand& demand, const FrameTime& time) noexcept {
+  if (IsStale(time)) return;
+  newest_.enabled = demand.enabled.value_or(newest_.enabled);
+  newest_.trip = demand.trip.value_or(newest_.trip);
+  if (demand.trip.value_or(false)) ++newest_.trips;
+  if (!newest_.enabled || newest_.trip) newest_.good_in_a_row = 0;
+}
+
+bool CommandGuard::IsStale(const FrameTime& time) const noexcept {
+  return settings_.max_age_ms != 0 && time.age_ns > settings_.max_age_ms * kNsPerMs;
 }
 
 FrameVerdict CommandGuard::JudgeSequence(const can::Frame& frame) noexcept {
@@ -59,7 +74,6 @@ FrameVerdict CommandGuard::JudgeSequence(const can::Frame& frame) noexcept {
 }
 
 FrameVerdict CommandGuard::JudgeValue(double p1_psi, const FrameTime& time) const noexcept {
-  if (settings_.max_age_ms != 0 && time.age_ns > settings_.max_age_ms * kNsPerMs) return FrameVerdict::kStale;
   if (!(p1_psi >= settings_.p1_minimum_psi && p1_psi <= settings_.p1_maximum_psi))
     return FrameVerdict::kOutOfRange;
   if (settings_.p1_rate_psi_s > 0.0 && newest_.counts.Valid() > 0) {
@@ -71,19 +85,13 @@ FrameVerdict CommandGuard::JudgeValue(double p1_psi, const FrameTime& time) cons
   return FrameVerdict::kValid;
 }
 
-void CommandGuard::Follow(const Command& command, const FrameTime& time) noexcept {
-  newest_.p1_psi = command.p1_psi;
-  newest_.arrival_ns = command.arrival_ns;
-  newest_.enabled = command.enabled;
-  newest_.trip = command.trip;
+void CommandGuard::Follow(double p1_psi, const FrameTime& time) noexcept {
+  newest_.p1_psi = p1_psi;
+  newest_.arrival_ns = time.arrival_ns;
   newest_time_ns_ = time.time_ns;
-  if (command.trip) ++newest_.trips;
-  if (command.enabled && !command.trip) {
-    ++newest_.good;
-    ++newest_.good_in_a_row;
-  } else {
-    newest_.good_in_a_row = 0;
-  }
+  if (!newest_.enabled || newest_.trip) return;
+  ++newest_.good;
+  ++newest_.good_in_a_row;
 }
 
 }  // namespace servohil::app

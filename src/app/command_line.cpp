@@ -69,6 +69,7 @@ int Main(int argc, char** argv) {
   AddStatusCommand(program, exit_status);
   AddReplayCommand(program, exit_status);
   AddSimulateCommand(program, exit_status);
+  AddDbcCommand(program, exit_status);
   AddSteadyCommand(program, exit_status);
 #ifdef SERVOHIL_ANALYSIS
   AddLinearCommand(program, exit_status);

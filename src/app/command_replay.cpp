@@ -15,7 +15,6 @@
 #include "scripted_run.hpp"
 #include "servohil/app/contract.hpp"
 #include "servohil/app/ticks.hpp"
-#include "servohil/can/dbc.hpp"
 #include "servohil/error.hpp"
 #include "snapshot_file.hpp"
 
@@ -51,7 +50,7 @@ template <typename AfterTick>
 Telemetry RunAgain(const Rerun& rerun, const RecordingOptions& recording, AfterTick&& after_tick) {
   const model::Derived derived(rerun.configuration.model);
   const model::SteadyState start = RequireSteadyStateAt(derived, rerun.configuration.start_x3_in);
-  const Contract contract(can::ReadDbc(rerun.configuration.can.dbc), rerun.configuration.publish);
+  const Contract contract(rerun.configuration);
   const auto recorder =
       recording.Open(DescribeConfiguration(rerun.configuration), contract, "fast", rerun.from, {});
   TaskOptions options;
@@ -204,7 +203,7 @@ int ReplayLog(const Options& options) {
   if (frames.empty()) throw UsageError(options.path.string() + ": there is no frame in it");
   Rerun rerun;
   rerun.configuration = options.configuration.Load();
-  const Contract contract(can::ReadDbc(rerun.configuration.can.dbc), rerun.configuration.publish);
+  const Contract contract(rerun.configuration);
   const std::int64_t start_ns = frames.front().receive_time_ns;
   std::uint64_t last_tick = 0;
   for (const can::Frame& frame : frames) {
@@ -213,8 +212,8 @@ int ReplayLog(const Options& options) {
         std::max(0.0, std::round(static_cast<double>(frame.receive_time_ns - start_ns) / kNsPerTick));
     last_tick = std::max(last_tick, static_cast<std::uint64_t>(ticks));
     CommandRejection why{};
-    if (const auto command = contract.DecodeCommand(frame, why))
-      rerun.script.push_back(CommandAfter(last_tick, command->p1_psi));
+    const auto demand = contract.Decode(frame, why);
+    if (demand && demand->p1_psi) rerun.script.push_back(CommandAfter(last_tick, *demand->p1_psi));
   }
   rerun.end_tick = EndTick(options, last_tick + 1);
   std::cout << Formatted("log %s: %llu frames, %llu of them commands, %.4f s\n",
@@ -223,8 +222,8 @@ int ReplayLog(const Options& options) {
   if (rerun.script.empty()) {
     throw UsageError(
         options.path.string() +
-        Formatted(": there is no command frame in it: identifier 0x%X of ", contract.CommandId()) +
-        rerun.configuration.can.dbc);
+        Formatted(": there is no command frame in it: identifier 0x%X of ", contract.CommandMessage().id) +
+        contract.IncomingMessages().front().database->file);
   }
   const Telemetry end = RunAgain(rerun, options.recording, [](const Telemetry&) { return true; });
   std::cout << SimulationSummary(end) << "verdict  " << JudgeRun(end, 0).Text() << '\n';

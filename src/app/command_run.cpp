@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "bus_setup.hpp"
+#include "bus_watch.hpp"
 #include "check_configuration.hpp"
 #include "commands.hpp"
 #include "control/server.hpp"
@@ -26,7 +27,6 @@
 #include "servohil/app/envelope_check.hpp"
 #include "servohil/app/run_texts.hpp"
 #include "servohil/app/ticks.hpp"
-#include "servohil/can/dbc.hpp"
 #include "servohil/can/network.hpp"
 #include "servohil/error.hpp"
 #include "snapshot_writer.hpp"
@@ -60,7 +60,7 @@ struct Setup {
         configuration(LoadFor(scenario.get(), options.configuration)),
         derived(configuration.model),
         start(RequireSteadyStateAt(derived, configuration.start_x3_in)),
-        contract(can::ReadDbc(configuration.can.dbc), configuration.publish) {}
+        contract(configuration) {}
 
   std::unique_ptr<scenario::ScenarioFile> scenario;  ///< null: none
   Configuration configuration;
@@ -92,7 +92,7 @@ class ScenarioOnBus {
     // That the model left its domain is for the expectations to tell.
     Telemetry end = emulator.Final();
     end.sample.model_fault = false;
-    std::vector<std::string> reasons = JudgeRun(end, lost_frames).reasons;
+    std::vector<std::string> reasons = JudgeRun(end, lost_frames, emulator.ModelledBus()).reasons;
     if (!recording_complete) reasons.emplace_back("the recording is incomplete");
     if (emulator.ScriptRefused() > 0) reasons.emplace_back("faults were refused: too many at once");
     return options.Report(scenario_, evaluator_.Judge(std::move(reasons)));
@@ -125,12 +125,39 @@ std::string ReadyLine(const can::Network& network, const Telemetry& start, const
          "\n";
 }
 
-can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options) {
+can::BusModelSettings BusModelOf(const CanSettings& can) {
+  return {static_cast<std::uint32_t>(can.emulate_bit_rate_bit_s), static_cast<std::size_t>(can.queue_length)};
+}
+
+/// Faults over CAN: their identifier is let in before the buses are known, their rights come after.
+struct FaultMessages {
+  explicit FaultMessages(const Configuration& configuration)
+      : databases(can::ReadDbcs(configuration.can.dbc)),
+        request(*databases.RequireMessage("FAULT_Request").message),
+        response(*databases.RequireMessage("FAULT_Response").message) {}
+
+  const can::Databases databases;
+  const can::Message& request;
+  const can::Message& response;
+};
+
+can::BusOptions BusOptionsOf(const Setup& setup, const EmulatorOptions& options,
+                             const std::optional<FaultMessages>& faults) {
   can::BusOptions bus;
-  bus.wanted = {{setup.contract.CommandId(), setup.contract.CommandIsExtended()}};
+  bus.wanted = setup.contract.Wanted();
+  if (faults) bus.wanted.push_back({faults->request.id, faults->request.extended});
   if (options.clock == Clock::kLockstep && options.lockstep.sync_id >= 0)
     bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});
-  bus.bit_rate_bit_s = static_cast<std::uint32_t>(setup.configuration.can.bit_rate_bit_s);
+  // What another node sends with an identifier of ours is to be seen, too.
+  for (std::size_t i = 0; i < setup.contract.MessageCount(); ++i)
+    bus.wanted.push_back({setup.contract.MessageOf(i).id, setup.contract.MessageOf(i).extended});
+  const CanSettings& can = setup.configuration.can;
+  bus.bit_rate_bit_s = static_cast<std::uint32_t>(can.bit_rate_bit_s);
+  bus.allow_physical = can.allow_physical;
+  if (can.configure) bus.configure = LinkSettingsOf(can);
+  if (can.emulate_bit_rate_bit_s == 0) return bus;
+  bus.wanted.clear();  // everybody's frames take their time
+  if (options.clock == Clock::kReal) bus.model = BusModelOf(can);
   return bus;
 }
 
@@ -144,11 +171,22 @@ std::vector<std::string> BusNames(const can::Network& network) {
   return names;
 }
 
+FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clock clock) {
+  FaultContext context;
+  context.contract = &setup.contract;
+  context.surroundings.unfaulted = &setup.configuration.model;
+  context.surroundings.real_time = clock == Clock::kReal;
+  for (const auto& bus : network.Buses()) {
+    const char* why = bus->WhyNoErrorFrames();
+    if (why != nullptr) context.surroundings.why_no_error_frames = why;
+  }
+  return context;
+}
+
 /// Faults belong on a bus that no real machine is on, unless the configuration says otherwise.
-/// @param unfaulted  what runs
-control::Permissions PermissionsOf(const Configuration& configuration, const model::Parameters& unfaulted,
+control::Permissions PermissionsOf(const Configuration& configuration, const FaultContext& context,
                                    const can::Network& network) {
-  control::Permissions permissions{&unfaulted, configuration.fault.armed == Armed::kYes, {}};
+  control::Permissions permissions{context, configuration.fault.armed == Armed::kYes, {}};
   if (permissions.armed) return permissions;
   if (configuration.fault.armed == Armed::kNo) {
     permissions.why_not_armed = "faults are not armed: fault.armed = \"no\"";
@@ -188,14 +226,19 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   emulator_options.task = TaskOptionsOf(options, configuration.loop);
   emulator_options.clock = options.clock;
   emulator_options.lockstep = configuration.lockstep;
-  emulator_options.command_cycle_ms = configuration.can.command_cycle_ms;
-  emulator_options.safety = Resolved(configuration.safety, configuration.can.command_cycle_ms);
+  emulator_options.command_cycle_ms = configuration.can.command.cycle_ms;
+  emulator_options.max_counter_jump = configuration.can.command.max_counter_jump;
+  emulator_options.safety = Resolved(configuration.safety, configuration.can.command.cycle_ms);
   emulator_options.real_time = options.real_time;
+  if (options.clock == Clock::kLockstep && configuration.can.emulate_bit_rate_bit_s != 0)
+    emulator_options.lockstep_bus = BusModelOf(configuration.can);
 
+  std::optional<FaultMessages> fault_messages;
+  if (configuration.fault.allow_can) fault_messages.emplace(configuration);
   CheckBusLoad(setup.contract, configuration.can);
   can::Network network(
       ResolveBuses(options.buses.empty() ? configuration.can.buses : options.buses, configuration.can),
-      BusOptionsOf(setup, emulator_options));
+      BusOptionsOf(setup, emulator_options, fault_messages));
   ReportBuses(network, configuration.can.bit_rate_bit_s);
 
   const RunTexts texts = DescribeConfiguration(configuration);
@@ -203,7 +246,15 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
       options.recording.Open(texts, setup.contract, options.clock == Clock::kReal ? "real time" : "lockstep",
                              from, BusNames(network));
   emulator_options.task.recorder = recorder.get();
-  const control::Permissions permissions = PermissionsOf(configuration, configuration.model, network);
+  const FaultContext faults = FaultContextOf(setup, network, options.clock);
+  const control::Permissions permissions = PermissionsOf(configuration, faults, network);
+  std::optional<FaultPort> fault_port;
+  if (fault_messages) {
+    fault_port.emplace(fault_messages->request, fault_messages->response,
+                       FaultPort::Rights{permissions.faults.surroundings, permissions.armed,
+                                         setup.contract.MessageCount(), Quantities().size()});
+    emulator_options.fault_port = &*fault_port;
+  }
   std::optional<ScenarioOnBus> scenario;
   if (setup.scenario) {
     scenario.emplace(*setup.scenario, permissions, options.clock);
@@ -216,9 +267,11 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   const auto control = OpenControl(options.control, emulator, permissions);
   Reloader reloader(texts, [&] { return options.configuration.Load(); },
                     {{"fault.armed", [&](const Configuration& now) {
-                        if (control) control->Permit(PermissionsOf(now, configuration.model, network));
+                        if (control) control->Permit(PermissionsOf(now, faults, network));
                       }}});
-  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get(), reloader);
+  BusWatch buses(emulator, network, configuration.can);
+  Watch watch(emulator, network, emulator_options, options.statistics, snapshots, control.get(), reloader,
+              buses, setup.contract);
   std::string missing;
   for (const std::string& one : emulator.Start()) missing += (missing.empty() ? "" : "; ") + one;
   if (!missing.empty()) spdlog::warn("not fully real-time: {}", missing);
@@ -231,7 +284,7 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   emulator.Stop();
   snapshots.WriteAllOrTell(emulator);
   const std::uint64_t lost = options.clock == Clock::kLockstep ? network.Statistics().receive_overflows : 0;
-  const Verdict verdict = JudgeRun(emulator.Final(), lost);
+  const Verdict verdict = JudgeRun(emulator.Final(), lost, emulator.ModelledBus());
   std::cout << Summary(emulator, network, emulator_options)
             << FinishRecording(recorder.get(), options.recording.directory, emulator.Final(), verdict.Text())
             << "verdict  " << verdict.Text() << std::endl;

@@ -16,7 +16,6 @@
 #include "servohil/app/envelope_check.hpp"
 #include "servohil/app/simulation_task.hpp"
 #include "servohil/app/ticks.hpp"
-#include "servohil/can/dbc.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {
@@ -101,7 +100,7 @@ int Report(const Sample& end) {
 /// Nothing where there is no --record.
 std::unique_ptr<Recorder> OpenRecording(const Options& options, const Configuration& configuration) {
   if (options.recording.directory.empty()) return nullptr;
-  const Contract contract(can::ReadDbc(configuration.can.dbc), configuration.publish);
+  const Contract contract(configuration);
   return options.recording.Open(DescribeConfiguration(configuration), contract, "fast", std::nullopt, {});
 }
 

@@ -30,6 +30,7 @@ void AddReplayCommand(CLI::App& program, int& exit_status);
 void AddRunCommand(CLI::App& program, int& exit_status);
 void AddSimulateCommand(CLI::App& program, int& exit_status);
 void AddStatusCommand(CLI::App& program, int& exit_status);
+void AddDbcCommand(CLI::App& program, int& exit_status);
 void AddSteadyCommand(CLI::App& program, int& exit_status);
 void AddThesisCommand(CLI::App& program, int& exit_status);
 

@@ -3,12 +3,14 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <sstream>
 
+#include "publish_toml.hpp"
 #include "servohil/app/load_file.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
@@ -84,12 +86,13 @@ class Loader {
     Try(0, [&] { CheckTogether(); });
     Try(0, [&] { ReadLoad(); });
     ThrowMistakes();
+    config_.places = places_;
     return config_;
   }
   /// Keys that no source has set keep their defaults; the files among them lie beside the configuration.
   void UseDefaultsBeside(const std::filesystem::path& file) {
     config_.load_file = (file.parent_path() / config_.load_file).string();
-    config_.can.dbc = (file.parent_path() / config_.can.dbc).string();
+    PutBeside(file.parent_path(), config_.can.dbc);
   }
 
  private:
@@ -114,6 +117,9 @@ class Loader {
            "must be 0 to servo.stroke_in = " + Number(servo.stroke_in));
     }
     if (config_.can.buses.empty()) Fail("can.buses", "[]", "must name at least one bus, e.g. \"auto\"");
+    const int emulated = config_.can.emulate_bit_rate_bit_s;
+    if (emulated != 0 && emulated < 10'000)
+      Fail("can.emulate_bitrate", std::to_string(emulated), "must be 0 or at least 10000 bit/s");
     CheckCycle("publish.position_ms", config_.publish.position_ms);
     CheckCycle("publish.pressures_ms", config_.publish.pressures_ms);
     CheckCycle("publish.relay_ms", config_.publish.relay_ms);
@@ -123,6 +129,7 @@ class Loader {
       Fail("safety.p1_minimum_psi", Number(config_.safety.p1_minimum_psi),
            "must be below safety.p1_maximum_psi = " + Number(config_.safety.p1_maximum_psi));
     }
+    CheckCycle("publish.bus_ms", config_.publish.bus_ms);
     const double dissolution_psi = config_.model.oil.dissolution_pressure_psi;
     if (dissolution_psi > 0.0 && dissolution_psi < 20.0) {
       Fail("oil.dissolution_pressure_psi", Number(dissolution_psi), "must be 0 or at least 20 psi absolute");
@@ -137,9 +144,13 @@ class Loader {
         Read(*inner, full + ".", file, directory);
       } else {
         const auto line = node.source().begin.line;
-        Try(line, [&] { Set(full, node, file + ":" + std::to_string(line), directory); });
+        Try(line, [&, &value = node] { Set(full, value, file + ":" + std::to_string(line), directory); });
       }
     }
+  }
+
+  static void PutBeside(const std::filesystem::path& directory, std::vector<std::string>& files) {
+    for (std::string& file : files) file = (directory / file).string();
   }
 
   /// A mistake in one key does not hide the others.
@@ -154,6 +165,13 @@ class Loader {
 
   void Set(const std::string& name, const toml::node& node, const std::string& place,
            const std::filesystem::path& directory) {
+    if (name == "can.publish") {
+      config_.can.publish = ReadPublished(node, [&](const toml::node& part) {
+        const toml::source_region& source = part.source();
+        return source.path ? *source.path + ":" + std::to_string(source.begin.line) : place;
+      });
+      return;
+    }
     const auto keys = KeyTable();
     const auto key = std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return name == k.name; });
     if (key == keys.end()) {
@@ -171,7 +189,7 @@ class Loader {
       if (name == "load.closing_file" && !config_.load_closing_file.empty()) {
         config_.load_closing_file = (directory / config_.load_closing_file).string();
       }
-      if (name == "can.dbc") config_.can.dbc = (directory / config_.can.dbc).string();
+      if (name == "can.dbc") PutBeside(directory, config_.can.dbc);
     }
   }
 
@@ -195,7 +213,11 @@ class Loader {
   }
   void Assign(const Key& key, const toml::node& node, std::string& target) const {
     const auto value = node.value_exact<std::string>();
-    const bool may_be_empty = std::string_view(key.name) == "load.closing_file";
+    constexpr std::array kMayBeEmpty = {"load.closing_file", "can.command.unit",    "can.command.enable",
+                                        "can.command.trip",  "can.command.counter", "can.command.checksum"};
+    const bool may_be_empty = std::any_of(kMayBeEmpty.begin(), kMayBeEmpty.end(), [&](const char* name) {
+      return std::string_view(key.name) == name;
+    });
     if (!value || (value->empty() && !may_be_empty)) Fail(key.name, Shown(node), "must be a text in quotes");
     target = *value;
   }
@@ -213,6 +235,12 @@ class Loader {
       Fail(key.name, Shown(node), "must be a list of texts in quotes");
     }
     target = std::move(items);
+  }
+  void Assign(const Key& key, const toml::node& node, Scale& target) const {
+    const auto set = places_.find(key.name);
+    target = ReadScale(node, key.name, [&](const toml::node&) { return set->second; });
+    if (!target.empty() && target.size() != 2)
+      Fail(key.name, Shown(node), "must be two points, as [[4.0, 0.0], [20.0, 150.0]], or []");
   }
   template <typename Enum>
   requires std::is_enum_v<Enum>

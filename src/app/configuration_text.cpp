@@ -46,19 +46,60 @@ struct AsToml {
     for (const std::string& item : v) text += (text.size() > 1 ? ", " : "") + Quoted(item);
     return text + "]";
   }
+  std::string operator()(const Scale& v) const {
+    std::string text = "[";
+    for (const ScalePoint& p : v)
+      text += (text.size() > 1 ? ", [" : "[") + (*this)(p.from) + ", " + (*this)(p.to) + "]";
+    return text + "]";
+  }
   template <typename Enum>
   requires std::is_enum_v<Enum> std::string operator()(Enum v) const {
     return Quoted(NamesOf(v)[static_cast<std::size_t>(v)]);
   }
 };
 
+std::string SignalToml(const SignalSettings& signal) {
+  if (signal.constant) return AsToml{}(*signal.constant);
+  if (signal.raw) return "{ raw = " + std::to_string(*signal.raw) + " }";
+  std::string text = "{ quantity = " + Quoted(signal.quantity);
+  if (!signal.unit.empty()) text += ", unit = " + Quoted(signal.unit);
+  if (!signal.scale.empty()) text += ", scale = " + AsToml{}(signal.scale);
+  if (signal.may_clip) text += ", may_clip = true";
+  return text + " }";
+}
+
+std::string ProtectionToml(const ProtectionSettings& protection) {
+  if (protection.profile == can::E2eProfile::kNone) return {};
+  std::string text = "e2e = " + AsToml{}(protection.profile) + '\n';
+  if (protection.data_id != can::kNoDataId) text += "data_id = " + std::to_string(protection.data_id) + '\n';
+  text += "data_id_mode = " + AsToml{}(protection.data_id_mode) + '\n';
+  if (!protection.counter.empty()) text += "counter = " + Quoted(protection.counter) + '\n';
+  if (!protection.checksum.empty()) text += "checksum = " + Quoted(protection.checksum) + '\n';
+  return text;
+}
+
+std::string PublishedToml(const MessageSettings& message) {
+  std::string text = "[[can.publish]]\nmessage = " + Quoted(message.message) + '\n';
+  if (message.cycle_ms != 0) text += "cycle_ms = " + std::to_string(message.cycle_ms) + "\n";
+  if (message.on_change) text += "on_change = true\n";
+  text += ProtectionToml(message.protection);
+  if (!message.signals.empty()) text += "[can.publish.signals]\n";
+  for (const SignalSettings& signal : message.signals)
+    text += signal.signal + " = " + SignalToml(signal) + '\n';
+  return text;
+}
+
 }  // namespace
+
+std::string DbcFileName(std::size_t index) {
+  return index == 0 ? "servohil.dbc" : "servohil-" + std::to_string(index + 1) + ".dbc";
+}
 
 std::string ConfigurationToml(const Configuration& configuration) {
   Configuration c = configuration;
   c.load_file = kLoadFileName;
   if (!c.load_closing_file.empty()) c.load_closing_file = kLoadClosingFileName;
-  c.can.dbc = kDbcFileName;
+  for (std::size_t i = 0; i < c.can.dbc.size(); ++i) c.can.dbc[i] = DbcFileName(i);
 
   std::string text;
   std::string_view section;
@@ -74,6 +115,7 @@ std::string ConfigurationToml(const Configuration& configuration) {
     if (*key.unit != 0) text += std::string("  # ") + key.unit;
     text += '\n';
   }
+  for (const MessageSettings& message : c.can.publish) text += '\n' + PublishedToml(message);
   return text;
 }
 

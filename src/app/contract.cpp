@@ -1,138 +1,111 @@
 #include "servohil/app/contract.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
+#include "contract_binding.hpp"
 #include "servohil/can/codec.hpp"
-#include "servohil/error.hpp"
 
 namespace servohil::app {
 namespace {
 
-constexpr const char* kCommandMessage = "GOV_Command";
-constexpr const char* kCommandSignal = "P1_Demand";
 constexpr int kTicksPerMs = 10;
-constexpr int kClassicalBytes = 8;
 
-struct MessageSpecification {
-  const char* name;
-  std::span<const char* const> quantities;
-  int PublishSettings::*cycle_ms;
-};
+using Data = std::span<const std::uint8_t>;
 
-constexpr std::array kPosition = {"x3_in", "v3_in_s", "tick"};
-constexpr std::array kPressures = {"p1_psi", "p3_psi", "p4_psi", "p8_psi"};
-constexpr std::array kRelay = {"x1_in", "x2_in", "x4_in", "sub_steps"};
-constexpr std::array kStatus = {
-    "mode",       "timing_valid",      "model_fault",        "stuck",         "active_faults", "unresolved",
-    "late_ticks", "worst_lateness_ms", "recent_lateness_ms", "command_age_ms"};
-
-constexpr std::array kSafety = {"safety_state",   "safety_cause",     "rejected_frames",
-                                "command_losses", "corrupted_frames", "frames_out_of_sequence",
-                                "lost_frames",    "stale_frames"};
-
-const std::array<MessageSpecification, 5> kSpecifications = {{
-    {"SERVO_Position", kPosition, &PublishSettings::position_ms},
-    {"SERVO_Pressures", kPressures, &PublishSettings::pressures_ms},
-    {"SERVO_Relay", kRelay, &PublishSettings::relay_ms},
-    {"SERVO_Safety", kSafety, &PublishSettings::safety_ms},
-    {"SERVO_Status", kStatus, &PublishSettings::status_ms},
-}};
-
-std::string At(const can::Database& database, int line) {
-  return database.file + ":" + std::to_string(line) + ": ";
+std::optional<bool> Read(const std::optional<Condition>& condition, const can::Message& message, Data data) {
+  if (!condition || !can::Carries(message, *condition->signal, data)) return std::nullopt;
+  const std::int64_t raw = can::ExtractRaw(*condition->signal, data);
+  return condition->value ? raw == *condition->value : raw != 0;
 }
 
-void CheckUnit(const can::Database& database, const can::Message& message, const can::Signal& signal,
-               const std::string& unit) {
-  if (signal.unit == unit) return;
-  throw UsageError(At(database, signal.line) + message.name + "." + signal.name + " has the unit \"" +
-                   signal.unit + "\", expected \"" + unit + "\"");
-}
-
-void CheckSize(const can::Database& database, const can::Message& message) {
-  if (message.size_bytes <= kClassicalBytes) return;
-  throw UsageError(At(database, message.line) + message.name + " has " + std::to_string(message.size_bytes) +
-                   " bytes, expected at most 8 (classical CAN)");
+/// P1 in psi. @return nothing: outside the signal's stated range, or not a number
+std::optional<double> ReadP1(const ReceivedMessage& incoming, Data data) {
+  const can::Signal& signal = *incoming.p1;
+  const double value = can::Decode(signal, data);
+  const bool range_stated = signal.minimum < signal.maximum;
+  const bool outside = range_stated && (value < signal.minimum || value > signal.maximum);
+  const double p1_psi = incoming.p1_to_psi(value);
+  if (outside || !std::isfinite(p1_psi)) return std::nullopt;
+  return p1_psi;
 }
 
 }  // namespace
 
-Contract::Contract(can::Database database, const PublishSettings& publish)
-    : database_(std::move(database)),
-      command_(&database_.RequireMessage(kCommandMessage)),
-      p1_demand_(&database_.RequireSignal(*command_, kCommandSignal)) {
-  CheckUnit(database_, *command_, *p1_demand_, "psi");
-  for (const MessageSpecification& specification : kSpecifications) {
-    const int cycle_ms = publish.*specification.cycle_ms;
-    if (cycle_ms != 0)
-      Publish(database_.RequireMessage(specification.name), cycle_ms, specification.quantities);
-  }
+void Merge(const Demand& demand, Command& command) noexcept {
+  command.p1_psi = demand.p1_psi.value_or(command.p1_psi);
+  command.enabled = demand.enabled.value_or(command.enabled);
+  command.trip = demand.trip.value_or(command.trip);
 }
 
-void Contract::Publish(const can::Message& message, int cycle_ms, std::span<const char* const> quantities) {
-  CheckSize(database_, message);
-  Outgoing outgoing{&message, {}, cycle_ms};
-  for (const can::Signal& signal : message.signals) {
-    const Quantity* const quantity = FindQuantity(signal.name);
-    const bool known =
-        quantity != nullptr && std::any_of(quantities.begin(), quantities.end(), [&](const char* name) {
-          return std::string_view(name) == quantity->name;
-        });
-    if (!known) {
-      std::string all;
-      for (const char* const name : quantities)
-        all += (all.empty() ? "" : ", ") + std::string(FindQuantity(name)->signal);
-      throw UsageError(At(database_, signal.line) + message.name + "." + signal.name +
-                       " is no quantity of the emulator; this message may carry " + all);
-    }
-    CheckUnit(database_, message, signal, quantity->unit);
-    outgoing.fields.push_back({&signal, quantity});
-  }
-  outgoing_.push_back(std::move(outgoing));
+Contract::Contract(can::Databases databases, const Configuration& configuration)
+    : databases_(std::move(databases)),
+      incoming_(BindCommand(databases_, configuration)),
+      outgoing_(BindPublished(databases_, configuration)),
+      data_rate_ratio_(static_cast<double>(configuration.can.bit_rate_bit_s) /
+                       configuration.can.data_bit_rate_bit_s) {
+  CheckIdentifiers(incoming_, outgoing_);
 }
 
-std::optional<Command> Contract::DecodeCommand(const can::Frame& frame,
-                                               CommandRejection& rejection) const noexcept {
-  if (frame.id != command_->id || frame.extended != command_->extended) {
-    rejection = CommandRejection::kUnknownId;
-    return std::nullopt;
-  }
-  if (frame.remote || int{frame.size} < command_->size_bytes) {
+Contract::Contract(const Configuration& configuration)
+    : Contract(can::ReadDbcs(configuration.can.dbc), configuration) {}
+
+std::vector<can::WantedId> Contract::Wanted() const {
+  std::vector<can::WantedId> wanted;
+  for (const ReceivedMessage& incoming : incoming_) wanted.push_back(incoming.pattern.Wanted());
+  return wanted;
+}
+
+std::optional<Demand> Contract::Decode(const can::Frame& frame, CommandRejection& rejection) const noexcept {
+  rejection = CommandRejection::kUnknownId;
+  const auto incoming = std::find_if(incoming_.begin(), incoming_.end(), [&](const ReceivedMessage& one) {
+    return !frame.error && one.pattern.Matches(frame.id, frame.extended);
+  });
+  if (incoming == incoming_.end()) return std::nullopt;
+  if (frame.remote || int{frame.size} < incoming->message->size_bytes) {
     rejection = CommandRejection::kMalformed;
     return std::nullopt;
   }
-  const double p1_psi = can::Decode(*p1_demand_, {frame.data.data(), frame.size});
-  const bool range_stated = p1_demand_->minimum < p1_demand_->maximum;
-  if (!std::isfinite(p1_psi) ||
-      (range_stated && (p1_psi < p1_demand_->minimum || p1_psi > p1_demand_->maximum))) {
-    rejection = CommandRejection::kOutOfRange;
-    return std::nullopt;
-  }
-  Command command;
-  command.p1_psi = p1_psi;
-  return command;
+  const Data data(frame.data.data(), frame.size);
+  Demand demand;
+  demand.enabled = Read(incoming->enable, *incoming->message, data);
+  demand.trip = Read(incoming->trip, *incoming->message, data);
+  const bool has_p1 = incoming->p1 != nullptr && can::Carries(*incoming->message, *incoming->p1, data);
+  if (has_p1) demand.p1_psi = ReadP1(*incoming, data);
+  if (has_p1 && !demand.p1_psi) rejection = CommandRejection::kOutOfRange;
+  // A wrong P1 takes nothing from a trip in the same frame.
+  if (!demand.p1_psi && !demand.enabled && !demand.trip) return std::nullopt;
+  if (!has_p1 || demand.p1_psi) rejection = CommandRejection::kNone;
+  return demand;
 }
 
-can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry,
-                            const Measured& measured) const noexcept {
-  const Outgoing& outgoing = outgoing_[message];
+can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry, const Measured& measured,
+                            std::uint64_t turn, FieldSet* saturated) const noexcept {
+  const PublishedMessage& outgoing = outgoing_[message];
+  const Page& page = outgoing.pages[turn % outgoing.pages.size()];
   can::Frame frame;
   frame.id = outgoing.message->id;
   frame.extended = outgoing.message->extended;
+  frame.fd = outgoing.message->fd;
+  frame.bit_rate_switch = outgoing.message->bit_rate_switch;
   frame.size = static_cast<std::uint8_t>(outgoing.message->size_bytes);
+  frame.data = page.constants;
   const std::span<std::uint8_t> data(frame.data.data(), frame.size);
-  for (const Field& field : outgoing.fields) {
-    const double value = measured.Of(*field.quantity, telemetry);
+  for (const Field& field : page.fields) {
+    const double value = field.convert(measured.Of(*field.quantity, telemetry));
     if (std::isnan(value)) {
       constexpr std::int64_t kAllOnes = -1;
       can::InsertRaw(*field.signal, kAllOnes, data);
-    } else {
-      can::Encode(*field.signal, value, data);
+      continue;
     }
+    const bool held = can::Encode(*field.signal, value, data) || std::isinf(value);
+    if (!held && field.measured && saturated != nullptr)
+      *saturated |= FieldSet{1} << static_cast<unsigned>(field.number);
   }
+  if (outgoing.protection)
+    can::Protect(*outgoing.protection, frame.id, static_cast<unsigned>(turn % outgoing.protection->modulus),
+                 data);
   return frame;
 }
 
@@ -148,11 +121,14 @@ std::array<std::uint64_t, kMostMessages> Contract::Cycles() const noexcept {
 
 MessageSet Contract::MessagesCarrying(std::string_view quantity) const noexcept {
   const Quantity* const wanted = FindQuantity(quantity);
+  const auto carries = [&](const Page& page) {
+    return std::any_of(page.fields.begin(), page.fields.end(),
+                       [&](const Field& field) { return field.quantity == wanted; });
+  };
   MessageSet set = 0;
   for (std::size_t i = 0; i < MessageCount(); ++i) {
-    const auto& fields = outgoing_[i].fields;
-    if (std::any_of(fields.begin(), fields.end(), [&](const Field& f) { return f.quantity == wanted; }))
-      set |= SetOf(i);
+    const auto& pages = outgoing_[i].pages;
+    if (std::any_of(pages.begin(), pages.end(), carries)) set |= SetOf(i);
   }
   return set;
 }

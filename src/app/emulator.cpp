@@ -4,7 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <numeric>
+#include <vector>
 
+#include "servohil/app/sender_schedule.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
 #include "servohil/rt/clock.hpp"
@@ -17,6 +20,9 @@ constexpr double kNsPerMs = 1e6;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.
 constexpr std::int64_t kSenderDelayNs = 50'000;
+constexpr std::int64_t kResponsesEveryNs = 5'000'000;     ///< to FAULT_Request: half of what they may take
+constexpr std::int64_t kSenderLooksEveryNs = 20'000'000;  ///< at least: for what is due by no cycle
+constexpr std::int64_t kOneWake = 1;
 constexpr int kReceiverPriorityBelow = 5;
 constexpr int kSenderPriorityBelow = 10;
 constexpr int kForEver = -1;
@@ -38,15 +44,23 @@ TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contra
   return task;
 }
 
+CommandGuard GuardOf(const EmulatorOptions& options, const Contract& contract) {
+  CommandGuard guard(options.safety, options.command_cycle_ms);
+  const ReceivedMessage& command = contract.IncomingMessages().front();
+  if (command.protection) guard.Check(*command.protection, static_cast<unsigned>(options.max_counter_jump));
+  return guard;
+}
+
 }  // namespace
 
 Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState& start,
                    const Contract& contract, can::Network& network, const EmulatorOptions& options)
-    : network_(network),
+    : contract_(contract),
+      network_(network),
       options_(options),
       task_(std::make_unique<SimulationTask>(parameters, start, TaskOptionsOf(options, contract))),
       receiver_(std::make_unique<Receiver>(
-          contract, CommandGuard(options.safety, options.command_cycle_ms), *task_, options.task.recorder,
+          contract, GuardOf(options, contract), *task_, options.task.recorder, network.Buses().size(),
           options.clock == Clock::kReal ? FrameClock::kReal : FrameClock::kSimulated)),
       sender_(std::make_unique<Sender>(contract, *task_, network, options.task.recorder)),
       loop_(options.task.loop.wake_ticks * kTickNs,
@@ -65,7 +79,8 @@ rt::Shortcomings Emulator::Start() {
   if (options_.clock == Clock::kReal) {
     StartRealTime();
   } else {
-    simulation_thread_ = std::thread([this] { RunLockstep(); });
+    if (options_.lockstep_bus) lockstep_bus_.emplace(contract_, *options_.lockstep_bus);
+    simulation_thread_ = std::thread([this] { lockstep_bus_ ? RunModelledLockstep() : RunLockstep(); });
   }
   return shortcomings_;
 }
@@ -100,11 +115,13 @@ void Emulator::Stop() noexcept {
     stop_sender_ = true;
     sender_thread_.join();
     sender_->SendRest();
+    SendFaultResponses();
   } else {
     network_.Wake();
     simulation_thread_.join();
   }
   sender_->SendStopped();
+  network_.Flush();
   awake_.reset();
 }
 
@@ -145,24 +162,61 @@ void Emulator::RunReceiver() {
   BeReady("can_rx", options_.task.loop.priority - kReceiverPriorityBelow, -1);
   while (!stop_.load(std::memory_order_relaxed)) {
     const int wait_ms = receiver_->HasDelayed() ? kLookForDelayedMs : kForEver;
-    if (const std::optional<can::Frame> frame = network_.Receive(wait_ms)) receiver_->Take(*frame);
+    if (const std::optional<can::Frame> frame = network_.Receive(wait_ms)) {
+      receiver_->Take(*frame);
+      TakeFaultRequest(*frame);
+    }
     receiver_->TakeDelayed();
   }
 }
 
 void Emulator::RunSender() {
   BeReady("can_tx", options_.task.loop.priority - kSenderPriorityBelow, -1);
-  rt::PeriodicLoop loop(options_.task.loop.wake_ticks * kTickNs);
-  loop.Run(
-      stop_sender_,
-      [this](const rt::LoopTiming&) noexcept {
-        sender_->SendDue();
-        return true;
-      },
-      first_deadline_ns_ + kSenderDelayNs);
+  const std::int64_t period_ns = options_.task.loop.wake_ticks * kTickNs;
+  const std::int64_t first_ns = first_deadline_ns_ + kSenderDelayNs;
+  const std::int64_t looks_every_ns =
+      options_.fault_port != nullptr ? kResponsesEveryNs : kSenderLooksEveryNs;
+  const SenderSchedule schedule(contract_.Cycles(), static_cast<std::uint64_t>(options_.task.loop.wake_ticks),
+                                task_->FirstTick(),
+                                static_cast<std::uint64_t>(std::max(looks_every_ns / period_ns, kOneWake)));
+  std::uint64_t wake = 1;
+  while (!stop_sender_.load(std::memory_order_relaxed)) {
+    rt::SleepUntil(first_ns + static_cast<std::int64_t>(wake - 1) * period_ns);
+    sender_->SendDue();
+    SendFaultResponses();
+    // Where the simulation is behind, or a message must wait for its time, the next wake-up brings more.
+    wake = sender_->IsDoneUpTo(schedule.NewestDue(wake)) ? schedule.Next(wake) : wake + 1;
+    const std::int64_t passed = (rt::MonotonicNs() - first_ns) / period_ns + 1;
+    wake = std::max(wake, static_cast<std::uint64_t>(std::max(passed, kOneWake)));
+  }
 }
 
 void Emulator::RunLockstep() {
+  rt::NameThread("sim");
+  std::vector<std::size_t> order(contract_.MessageCount());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  bool goes_on = true;
+  while (goes_on && !stop_.load(std::memory_order_relaxed)) {
+    const std::optional<can::Frame> frame = network_.Receive(kLookForRequestsMs);
+    turns_.fetch_add(1, std::memory_order_relaxed);
+    task_->ServeRequests();
+    if (!frame) continue;
+    TakeFaultRequest(*frame);
+    task_->ServeRequests();
+    SendFaultResponses();
+    const std::uint64_t valid_before = receiver_->ValidCommands();
+    const bool is_command = receiver_->Take(*frame);
+    if (!LetsTimePass(*frame, is_command)) continue;
+    receiver_->TakeDelayed();
+    goes_on = task_->Run(options_.lockstep.ticks, IsSilence(valid_before));
+    sender_->SendAll(stop_, order);
+  }
+  Finish();
+}
+
+/// What is received waits for the modelled bus and acts within the tick in which it has passed. A frame with
+/// the command's identifier lets time pass even before it can be told whether it is a valid one.
+void Emulator::RunModelledLockstep() {
   rt::NameThread("sim");
   bool goes_on = true;
   while (goes_on && !stop_.load(std::memory_order_relaxed)) {
@@ -170,21 +224,69 @@ void Emulator::RunLockstep() {
     turns_.fetch_add(1, std::memory_order_relaxed);
     task_->ServeRequests();
     if (!frame) continue;
-    const bool by_command = options_.lockstep.sync_id < 0;
+    if (frame->error) {
+      receiver_->Take(*frame);
+      continue;
+    }
+    TakeFaultRequest(*frame);
+    task_->ServeRequests();
+    SendFaultResponses();
+    std::uint64_t tick = task_->Now().sample.tick;
+    lockstep_bus_->Offer(*frame, tick);
+    const bool is_command =
+        !frame->remote && contract_.IncomingMessages().front().pattern.Matches(frame->id, frame->extended);
+    if (!LetsTimePass(*frame, is_command)) continue;
+    const std::uint64_t end = tick + static_cast<std::uint64_t>(options_.lockstep.ticks);
     const std::uint64_t valid_before = receiver_->ValidCommands();
-    const bool is_command = receiver_->Take(*frame);
-    if (by_command ? !is_command : !IsSync(*frame)) continue;
+    const bool by_sync = options_.lockstep.sync_id >= 0;
+    for (auto passed = lockstep_bus_->Next(end); passed; passed = lockstep_bus_->Next(end)) {
+      goes_on = goes_on && task_->Run(static_cast<int>(passed->tick - tick), by_sync);
+      tick = passed->tick;
+      receiver_->Take(passed->frame);
+      TakeFaultRequest(passed->frame);
+    }
+    task_->ServeRequests();
+    SendFaultResponses();
     receiver_->TakeDelayed();
-    // A valid command is never late: time waits for it. A cycle without one is silence.
-    const bool commanded = receiver_->ValidCommands() != valid_before;
-    goes_on = task_->Run(options_.lockstep.ticks, !by_command || !commanded);
-    sender_->SendAll(stop_);
+    goes_on = goes_on && task_->Run(static_cast<int>(end - tick), IsSilence(valid_before));
+    sender_->SendAll(stop_, lockstep_bus_->Order());
+    lockstep_bus_->OfferAnswer(end);
   }
   Finish();
 }
 
-bool Emulator::IsSync(const can::Frame& frame) const noexcept {
-  return !frame.extended && !frame.remote &&
+std::optional<can::BusModelStatistics> Emulator::ModelledBus() const noexcept {
+  return lockstep_bus_ ? lockstep_bus_->Statistics() : network_.Modelled();
+}
+
+void Emulator::TakeFaultRequest(const can::Frame& frame) noexcept {
+  if (options_.fault_port == nullptr) return;
+  const std::optional<Request> request = options_.fault_port->Take(frame);
+  if (request && !task_->PutBusRequest(*request)) options_.fault_port->TellBusy(*request);
+}
+
+void Emulator::SendFaultResponses() noexcept {
+  if (options_.fault_port == nullptr) return;
+  can::Frame frame;
+  while (options_.fault_port->TryPopResponse(frame)) SendFaultResponse(frame);
+  Answer answer;
+  while (task_->TryPopBusAnswer(answer)) SendFaultResponse(options_.fault_port->ResponseTo(answer));
+}
+
+void Emulator::SendFaultResponse(const can::Frame& frame) noexcept {
+  const bool sent = network_.Send(frame) == can::SendResult::kSent;
+  Recorder* recorder = options_.task.recorder;
+  if (sent && recorder != nullptr) recorder->RecordSent(task_->Clock(), kMostMessages, frame);
+}
+
+/// A valid command is never late: time waits for it. A cycle without one is silence.
+bool Emulator::IsSilence(std::uint64_t valid_before) const noexcept {
+  return options_.lockstep.sync_id >= 0 || receiver_->ValidCommands() == valid_before;
+}
+
+bool Emulator::LetsTimePass(const can::Frame& frame, bool is_command) const noexcept {
+  if (options_.lockstep.sync_id < 0) return is_command;
+  return !frame.extended && !frame.remote && !frame.error &&
          frame.id == static_cast<std::uint32_t>(options_.lockstep.sync_id);
 }
 

@@ -183,9 +183,12 @@ constexpr std::array kKeys = std::to_array<Key>({
     {"fault.armed", "", 0.0, 0.0,
      "whether faults may be injected: \"yes\", \"no\", \"auto\": where no bus is physical",
      +[](C& c) -> Armed& { return c.fault.armed; }},
+    {"fault.allow_can", "", 0.0, 0.0,
+     "FAULT_Request frames inject and clear faults, where fault.armed allows any (PROTOCOL.md)",
+     +[](C& c) -> bool& { return c.fault.allow_can; }},
 
     {"safety.timeout_ms", "ms", -1.0, 60'000.0,
-     "without a valid command; then safety.on_loss; 0: never; -1: three times can.command_cycle_ms",
+     "without a valid command; then safety.on_loss; 0: never; -1: three times can.command.cycle_ms",
      +[](C& c) -> int& { return c.safety.timeout_ms; }},
     {"safety.on_loss", "", 0.0, 0.0,
      "lost or not enabled: \"drain\" (P1 falls to 0), \"hold\" (P1 stays) or \"freeze\" (the state stays)",
@@ -207,16 +210,72 @@ constexpr std::array kKeys = std::to_array<Key>({
      "faster a command frame is not valid, over at least one cycle time; 0: any",
      +[](C& c) -> double& { return c.safety.p1_rate_psi_s; }},
 
-    {"can.dbc", "", 0.0, 0.0, "DBC file: the contract with the governor",
-     +[](C& c) -> std::string& { return c.can.dbc; }},
+    {"can.dbc", "", 0.0, 0.0, "DBC file or list of them: the contract with the governor",
+     +[](C& c) -> std::vector<std::string>& { return c.can.dbc; }},
     {"can.buses", "", 0.0, 0.0, "bus URLs; \"auto\": the first of can.interfaces, else slcan:pty",
      +[](C& c) -> std::vector<std::string>& { return c.can.buses; }},
     {"can.interfaces", "", 0.0, 0.0, "kernel interfaces that \"auto\" looks for, in this order",
      +[](C& c) -> std::vector<std::string>& { return c.can.interfaces; }},
     {"can.bit_rate_bit_s", "bit/s", 10000.0, 1000000.0, "nominal bit rate of the bus",
      +[](C& c) -> int& { return c.can.bit_rate_bit_s; }},
-    {"can.command_cycle_ms", "ms", 1.0, 10000.0, "expected cycle time of the command, for the bus load",
-     +[](C& c) -> int& { return c.can.command_cycle_ms; }},
+    {"can.data_bit_rate_bit_s", "bit/s", 10000.0, 8000000.0, "of CAN FD frames with bit-rate switch",
+     +[](C& c) -> int& { return c.can.data_bit_rate_bit_s; }},
+    {"can.allow_physical", "", 0.0, 0.0,
+     "whether a bus may be used that is neither vcan nor a pseudo-terminal",
+     +[](C& c) -> bool& { return c.can.allow_physical; }},
+    {"can.configure", "", 0.0, 0.0,
+     "sets up kernel interfaces at the start, by the bit rate and the three below",
+     +[](C& c) -> bool& { return c.can.configure; }},
+    {"can.sample_point", "", 0.0, 0.999, "sample point, share of a bit; 0: the kernel's choice",
+     +[](C& c) -> double& { return c.can.sample_point; }},
+    {"can.restart_ms", "ms", 0.0, 100000.0,
+     "after bus-off the kernel restarts the controller; 0: servohil does, by the back-off",
+     +[](C& c) -> int& { return c.can.restart_ms; }},
+    {"can.queue_length", "frames", 1.0, 1000.0, "transmit queue",
+     +[](C& c) -> int& { return c.can.queue_length; }},
+    {"can.backoff_ms", "ms", 10.0, 100000.0,
+     "first restart after bus-off where the kernel does not; doubled each time",
+     +[](C& c) -> int& { return c.can.backoff_ms; }},
+    {"can.most_backoff_ms", "ms", 10.0, 1000000.0, "longest wait for a restart",
+     +[](C& c) -> int& { return c.can.most_backoff_ms; }},
+    {"can.emulate_bitrate", "bit/s", 0.0, 1000000.0,
+     "frames take their time and turn as on a real bus of this bit rate, virtual buses only; 0: they do not",
+     +[](C& c) -> int& { return c.can.emulate_bit_rate_bit_s; }},
+
+    {"can.command.p1", "", 0.0, 0.0, "MESSAGE.SIGNAL of the DBC that carries P1",
+     +[](C& c) -> std::string& { return c.can.command.p1; }},
+    {"can.command.unit", "", 0.0, 0.0, "its unit (psi, bar, kPa, ...); empty: as the DBC says",
+     +[](C& c) -> std::string& { return c.can.command.unit; }},
+    {"can.command.scale", "", 0.0, 0.0, "instead: two points, its value and psi: [[4.0, 0.0], [20.0, 150.0]]",
+     +[](C& c) -> Scale& { return c.can.command.scale; }},
+    {"can.command.may_clip", "", 0.0, 0.0, "the signal need not reach from closed to open",
+     +[](C& c) -> bool& { return c.can.command.may_clip; }},
+    {"can.command.enable", "", 0.0, 0.0,
+     "MESSAGE.SIGNAL, enabled unless 0, or MESSAGE.SIGNAL = VALUE; empty: always",
+     +[](C& c) -> std::string& { return c.can.command.enable; }},
+    {"can.command.trip", "", 0.0, 0.0,
+     "MESSAGE.SIGNAL, tripped unless 0, or MESSAGE.SIGNAL = VALUE; empty: never",
+     +[](C& c) -> std::string& { return c.can.command.trip; }},
+    {"can.command.pgn", "", 0.0, 0.0, "J1939: the parameter group counts, not source address and priority",
+     +[](C& c) -> bool& { return c.can.command.pgn; }},
+    {"can.command.cycle_ms", "ms", 1.0, 10000.0, "expected cycle time of the command",
+     +[](C& c) -> int& { return c.can.command.cycle_ms; }},
+    {"can.command.e2e", "", 0.0, 0.0,
+     "protection: \"none\", \"counter\", \"crc8_j1850\", \"autosar_p1\", \"autosar_p11\", "
+     "\"j1939_counter_checksum\"",
+     +[](C& c) -> can::E2eProfile& { return c.can.command.protection.profile; }},
+    {"can.command.data_id", "", -1.0, 65535.0, "Data ID of the protection; -1: none",
+     +[](C& c) -> int& { return c.can.command.protection.data_id; }},
+    {"can.command.data_id_mode", "", 0.0, 0.0,
+     "what of it is in the CRC: \"both\" bytes, \"alt\", \"low\" or \"nibble\"",
+     +[](C& c) -> can::DataIdMode& { return c.can.command.protection.data_id_mode; }},
+    {"can.command.counter", "", 0.0, 0.0, "signal of the counter; empty: where the profile has it",
+     +[](C& c) -> std::string& { return c.can.command.protection.counter; }},
+    {"can.command.checksum", "", 0.0, 0.0, "signal of the checksum; empty: where the profile has it",
+     +[](C& c) -> std::string& { return c.can.command.protection.checksum; }},
+    {"can.command.max_counter_jump", "", 1.0, 127.0,
+     "largest step of the counter that is valid; 1: no frame may be lost",
+     +[](C& c) -> int& { return c.can.command.max_counter_jump; }},
 
     {"publish.position_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Position; 0: not sent",
      +[](C& c) -> int& { return c.publish.position_ms; }},
@@ -228,6 +287,8 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> int& { return c.publish.status_ms; }},
     {"publish.safety_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Safety; 0: not sent",
      +[](C& c) -> int& { return c.publish.safety_ms; }},
+    {"publish.bus_ms", "ms", 0.0, 10000.0, "cycle time of SERVO_Bus, sent on each change, too; 0: not sent",
+     +[](C& c) -> int& { return c.publish.bus_ms; }},
 });
 
 /// A value as it would stand in the file.
@@ -243,6 +304,12 @@ struct Shown {
   std::string operator()(const std::vector<std::string>& v) const {
     std::string text = "[";
     for (const std::string& item : v) text += (text.size() > 1 ? ", \"" : "\"") + item + '"';
+    return text + "]";
+  }
+  std::string operator()(const Scale& v) const {
+    std::string text = "[";
+    for (const ScalePoint& p : v)
+      text += (text.size() > 1 ? ", [" : "[") + (*this)(p.from) + ", " + (*this)(p.to) + "]";
     return text + "]";
   }
   template <typename Enum>

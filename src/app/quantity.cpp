@@ -23,6 +23,11 @@ double CommandAgeMs(const T& t) noexcept {
                             : std::numeric_limits<double>::infinity();
 }
 
+template <can::BusFault kFault>
+double HasBusFault(const T& t) noexcept {
+  return t.bus.Has(kFault) ? 1.0 : 0.0;
+}
+
 constexpr std::array kQuantities = std::to_array<Quantity>({
     {"x3_in", "X3", "in", "Piston position, upward opens the steam valves",
      [](const T& t) { return t.sample.state.x3_in; }},
@@ -88,6 +93,30 @@ constexpr std::array kQuantities = std::to_array<Quantity>({
      [](const T& t) { return static_cast<double>(t.status.frames.lost); }, kMachines},
     {"stale_frames", "StaleFrames", "", "Command frames that were too old when they were read",
      [](const T& t) { return static_cast<double>(t.status.frames.Of(FrameVerdict::kStale)); }, kMachines},
+    {"bus_state", "BusState", "", "State of the bus; of several, the worst",
+     [](const T& t) { return static_cast<double>(t.bus.state); }},
+    {"bit_rate_mismatch", "BitRateMismatch", "",
+     "1 while nothing but error frames comes: another bit rate, or broken wires",
+     HasBusFault<can::BusFault::kBitRateMismatch>},
+    {"no_acknowledge", "NoAcknowledge", "", "1 while nobody acknowledges frames",
+     HasBusFault<can::BusFault::kNoAcknowledge>},
+    {"queue_full", "QueueFull", "", "1 while frames find the transmit queue full, or stuck",
+     HasBusFault<can::BusFault::kQueueFull>},
+    {"receive_overrun", "ReceiveOverrun", "",
+     "1 while frames are lost because they come faster than they are read",
+     HasBusFault<can::BusFault::kReceiveOverrun>},
+    {"id_conflict", "IdConflict", "", "1 while another node sends identifiers that are the emulator's",
+     HasBusFault<can::BusFault::kIdConflict>},
+    {"tx_errors", "TxErrors", "", "Transmit error counter of the controller",
+     [](const T& t) { return static_cast<double>(t.bus.tx_errors); }},
+    {"rx_errors", "RxErrors", "", "Receive error counter of the controller",
+     [](const T& t) { return static_cast<double>(t.bus.rx_errors); }},
+    {"error_frames", "ErrorFrames", "", "Error frames since the start",
+     [](const T& t) { return static_cast<double>(t.bus.error_frames); }},
+    {"frames_not_sent", "NotSent", "", "Frames not sent since the start: full queue, or no bus",
+     [](const T& t) { return static_cast<double>(t.bus.not_sent); }},
+    {"bus_offs", "BusOffs", "", "Times that the controller went bus-off since the start",
+     [](const T& t) { return static_cast<double>(t.bus.bus_offs); }},
 });
 
 static_assert(kQuantities.size() <= kMostQuantities);

@@ -9,18 +9,17 @@ namespace servohil::app {
 
 /// A frame without a receive stamp is as young as it is read.
 FrameTime Receiver::TimeOf(const can::Frame& frame) const noexcept {
-  if (clock_ == FrameClock::kSimulated) return {static_cast<std::int64_t>(task_.Clock()) * kTickNs, 0};
-  const std::int64_t age_ns =
-      frame.receive_time_ns == 0 ? 0 : std::max<std::int64_t>(0, rt::RealTimeNs() - frame.receive_time_ns);
-  return {rt::MonotonicNs() - age_ns, age_ns};
+  if (clock_ == FrameClock::kSimulated) return {static_cast<std::int64_t>(task_.Clock()) * kTickNs, 0, 0};
+  const std::int64_t now_ns = rt::MonotonicNs();
+  if (frame.receive_time_ns == 0) return {now_ns, 0, 0};
+  const std::int64_t age_ns = std::max<std::int64_t>(0, rt::RealTimeNs() - frame.receive_time_ns);
+  return {now_ns - age_ns, age_ns, now_ns - age_ns};
 }
 
 bool Receiver::Take(const can::Frame& frame) noexcept {
   task_.TakeFaultsOfReceiver(faults_);
   const std::uint64_t next_tick = task_.Clock() + 1;
-  CommandRejection why{};
-  const bool is_command =
-      contract_.DecodeCommand(frame, why).has_value() || why != CommandRejection::kUnknownId;
+  const bool is_command = !frame.remote && contract_.IsCommand(frame);
   if (fault::LineAt(faults_, next_tick).down) {
     ++counters_.faulted;
     return is_command;
@@ -46,20 +45,68 @@ void Receiver::TakeDelayed() noexcept {
 }
 
 void Receiver::Evaluate(const can::Frame& frame) noexcept {
-  if (faults_.WaitsForFrame(frame.id, frame.extended)) task_.PutFrame(frame.id, frame.extended);
-  CommandRejection why{};
-  std::optional<Command> command = contract_.DecodeCommand(frame, why);
-  if (!command && why == CommandRejection::kUnknownId) {
-    ++counters_.foreign;
+  if (frame.error) {
+    TakeError(frame);
     return;
   }
-  const FrameTime time = TimeOf(frame);
-  if (command && clock_ == FrameClock::kReal && frame.receive_time_ns != 0)
-    command->arrival_ns = time.time_ns;
-  const FrameVerdict verdict = guard_.Judge(frame, command, why, time);
+  if (IsOurs(frame)) {
+    ++counters_.conflicting;
+    ++inputs_[frame.bus].conflicts;
+    return;
+  }
+  if (faults_.WaitsForFrame(frame.id, frame.extended)) task_.PutFrame(frame.id, frame.extended);
+  CommandRejection why{};
+  const std::optional<Demand> demand = contract_.Decode(frame, why);
+  if (contract_.IsCommand(frame)) {
+    TakeCommand(frame, demand, why);
+  } else {
+    TakeCondition(frame, demand, why);
+  }
+}
+
+void Receiver::TakeError(const can::Frame& frame) noexcept {
+  ++counters_.errors;
+  Input& input = inputs_[frame.bus];
+  input.errors.Take(frame);
+  input.newest.Put(input.errors);
+}
+
+/// One that the emulator publishes: no other node may send it. A remote frame asks for it.
+bool Receiver::IsOurs(const can::Frame& frame) const noexcept {
+  if (frame.remote) return false;
+  for (std::size_t i = 0; i < contract_.MessageCount(); ++i) {
+    const can::Message& message = contract_.MessageOf(i);
+    if (message.id == frame.id && message.extended == frame.extended) return true;
+  }
+  return false;
+}
+
+/// A frame of the message with P1; a multiplexed one may have other signals.
+void Receiver::TakeCommand(const can::Frame& frame, const std::optional<Demand>& demand,
+                           CommandRejection why) noexcept {
+  const bool has_p1 = why == CommandRejection::kMalformed || why == CommandRejection::kOutOfRange ||
+                      (demand && demand->p1_psi);
+  if (!has_p1) {
+    TakeCondition(frame, demand, why);
+    return;
+  }
+  const FrameVerdict verdict = guard_.Judge(frame, demand, why, TimeOf(frame));
   task_.PutCommand(guard_.Newest());
   ++counters_.of[static_cast<std::size_t>(verdict)];
   counters_.lost = guard_.Newest().counts.lost;
+}
+
+/// Any other frame: enable or trip, or nothing to us.
+void Receiver::TakeCondition(const can::Frame& frame, const std::optional<Demand>& demand,
+                             CommandRejection why) noexcept {
+  if (demand) {
+    guard_.TakeCondition(*demand, TimeOf(frame));
+    task_.PutCommand(guard_.Newest());
+  } else if (why == CommandRejection::kMalformed) {
+    ++counters_.of[static_cast<std::size_t>(FrameVerdict::kMalformed)];
+  } else {
+    ++counters_.foreign;
+  }
 }
 
 }  // namespace servohil::app

@@ -18,7 +18,9 @@ std::string Contents(const std::string& text) {
 }  // namespace
 
 KeyValues KeyValuesOf(const RunTexts& texts) {
-  KeyValues values = {{"can.dbc", Contents(texts.dbc)},
+  std::string dbcs;
+  for (const std::string& dbc : texts.dbc) dbcs += dbc + '\0';
+  KeyValues values = {{"can.dbc", Contents(dbcs)},
                       {"load.file", Contents(texts.load_csv)},
                       {"load.closing_file", Contents(texts.load_closing_csv)}};
   std::istringstream lines(texts.configuration_toml);
@@ -39,27 +41,27 @@ KeyValues KeyValuesOf(const RunTexts& texts) {
   return values;
 }
 
-std::vector<Difference> DifferencesOf(const KeyValues& was, const KeyValues& is) {
+std::vector<KeyChange> ChangesOf(const KeyValues& was, const KeyValues& is) {
   const auto value = [](const KeyValues& values, const std::string& key) {
     const auto found = values.find(key);
     return found == values.end() ? std::string() : found->second;
   };
   KeyValues all = was;
   all.insert(is.begin(), is.end());
-  std::vector<Difference> differences;
+  std::vector<KeyChange> changes;
   for (const auto& [key, unused] : all) {
-    if (value(was, key) != value(is, key)) differences.push_back({key, value(was, key), value(is, key)});
+    if (value(was, key) != value(is, key)) changes.push_back({key, value(was, key), value(is, key)});
   }
-  return differences;
+  return changes;
 }
 
 void Reloader::Reload() {
   try {
     const Configuration configuration = load_();
     const KeyValues wanted = KeyValuesOf(DescribeConfiguration(configuration));
-    const std::vector<Difference> differences = DifferencesOf(running_, wanted);
-    if (differences.empty()) spdlog::info("reload: nothing has changed");
-    for (const Difference& change : differences) {
+    const std::vector<KeyChange> changes = ChangesOf(running_, wanted);
+    if (changes.empty()) spdlog::info("reload: nothing has changed");
+    for (const KeyChange& change : changes) {
       const auto changeable = changeable_.find(change.key);
       if (changeable == changeable_.end()) {
         spdlog::warn("reload: {} = {}: needs a restart; it runs with {}", change.key, change.is, change.was);

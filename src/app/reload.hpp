@@ -16,13 +16,13 @@ namespace servohil::app {
 using KeyValues = std::map<std::string, std::string>;
 KeyValues KeyValuesOf(const RunTexts& texts);
 
-struct Difference {
+struct KeyChange {
   std::string key;
   std::string was;
   std::string is;
 };
 /// In the order of the keys; one that is missing on one side has an empty value there.
-std::vector<Difference> DifferencesOf(const KeyValues& was, const KeyValues& is);
+std::vector<KeyChange> ChangesOf(const KeyValues& was, const KeyValues& is);
 
 class Reloader {
  public:
@@ -35,7 +35,7 @@ class Reloader {
            std::map<std::string, Apply> changeable)
       : running_(KeyValuesOf(running)), load_(std::move(load)), changeable_(std::move(changeable)) {}
 
-  /// Tells each difference in one line. A mistake in the new configuration is told, and nothing changes.
+  /// Tells each change in one line. A mistake in the new configuration is told, and nothing changes.
   void Reload();
 
  private:

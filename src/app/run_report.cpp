@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "contract_report.hpp"
 #include "formatted.hpp"
 
 namespace servohil::app {
@@ -66,6 +67,17 @@ std::string SafetySummary(const ReceiveCounters& in, const Status& end) {
   return text + Formatted(" %llu never came\n", Count{in.lost.load()});
 }
 
+std::string SaturationSummary(const Contract& contract, const SendCounters& out) {
+  std::string text;
+  for (std::size_t i = 0; i < contract.MessageCount(); ++i) {
+    if (const std::uint64_t frames = out.saturated[i].load(); frames > 0) {
+      text += Formatted("clipped  %llu frames of ", Count{frames}) +
+              DescribeSaturation(contract.OutgoingMessages()[i], out.saturated_fields[i].load()) + '\n';
+    }
+  }
+  return text;
+}
+
 }  // namespace
 
 const char* NameOf(Mode mode) {
@@ -126,22 +138,33 @@ std::string Summary(const Emulator& emulator, const can::Network& network, const
   const auto count = [](const std::atomic<std::uint64_t>& c) { return Count{c.load()}; };
   std::string text = SimulationSummary(emulator.Final());
   if (options.clock == Clock::kReal) text += TimingSummary(emulator, options);
-  text += Formatted("in       %llu commands, %llu of other ids, %llu malformed, %llu out of range\n",
-                    Count{in.Of(FrameVerdict::kValid)}, count(in.foreign),
-                    Count{in.Of(FrameVerdict::kMalformed)}, Count{in.Of(FrameVerdict::kOutOfRange)});
+  text += Formatted(
+      "in       %llu commands, %llu of other ids, %llu malformed, %llu out of range, "
+      "%llu with our ids\n",
+      Count{in.Of(FrameVerdict::kValid)}, count(in.foreign), Count{in.Of(FrameVerdict::kMalformed)},
+      Count{in.Of(FrameVerdict::kOutOfRange)}, count(in.conflicting));
   text += SafetySummary(in, emulator.Final().status);
   text += Formatted("out      %llu published, %llu not sent, %llu superseded, %llu lost in the program\n",
                     count(out.published), count(out.not_sent), count(out.superseded),
                     Count{emulator.TelemetryDropped()});
+  text += SaturationSummary(emulator.Frames(), out);
+  if (const auto modelled = emulator.ModelledBus()) {
+    text += Formatted(
+        "emulated %llu frames passed the bus in their turn, ours after at most %.3f ms; at most %.1f %% of "
+        "it "
+        "asked for within 100 ms, %llu cycles missed, %llu dropped (queue full), %llu of others dropped\n",
+        Count{modelled->frames}, Ms(modelled->worst_delay_ns), 100.0 * modelled->worst_load,
+        Count{modelled->missed_cycles}, Count{modelled->dropped}, Count{modelled->others_dropped});
+  }
   for (const auto& bus : network.Buses()) {
     const can::BusStatistics s = bus->Statistics();
     const std::string state = bus->State();
     text += Formatted(
         "bus      %s%s%s: %llu in, %llu out, %llu dropped (queue full), %llu dropped (not connected), "
-        "%llu receive overflows, %llu malformed\n",
+        "%llu receive overflows, %llu malformed, %llu error frames\n",
         bus->Name().c_str(), state.empty() ? "" : ", ", state.c_str(), Count{s.received}, Count{s.sent},
         Count{s.dropped_queue_full}, Count{s.dropped_disconnected}, Count{s.receive_overflows},
-        Count{s.malformed});
+        Count{s.malformed}, Count{s.error_frames});
   }
   return text;
 }
@@ -163,7 +186,8 @@ std::string Verdict::Text() const {
   return text;
 }
 
-Verdict JudgeRun(const Telemetry& end, std::uint64_t lost_frames) {
+Verdict JudgeRun(const Telemetry& end, std::uint64_t lost_frames,
+                 const std::optional<can::BusModelStatistics>& modelled) {
   Verdict verdict;
   if (!end.status.TimingValid())
     verdict.reasons.push_back("timing: " + LateSummary(end.status.late, end.status.worst_lateness_ns));
@@ -179,6 +203,12 @@ Verdict JudgeRun(const Telemetry& end, std::uint64_t lost_frames) {
                   "the answer "
                   "to each",
                   Count{lost_frames}));
+  }
+  if (modelled && modelled->Failed()) {
+    verdict.reasons.push_back(Formatted(
+        "bus: this schedule fails on a real one: %llu cycles missed, %llu frames dropped (queue full), up to "
+        "%.1f %% of the bus asked for",
+        Count{modelled->missed_cycles}, Count{modelled->dropped}, 100.0 * modelled->worst_load));
   }
   return verdict;
 }

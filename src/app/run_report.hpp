@@ -34,7 +34,8 @@ struct Verdict {
   std::string Text() const;  ///< "VALID" or "INVALID: reasons"
 };
 /// @param lost_frames  that the receiver never saw; they only matter where frames let time pass (lockstep)
-Verdict JudgeRun(const Telemetry& end, std::uint64_t lost_frames);
+Verdict JudgeRun(const Telemetry& end, std::uint64_t lost_frames,
+                 const std::optional<can::BusModelStatistics>& modelled = std::nullopt);
 
 /// Names as in the statistics and the DBC: "WAITING", "woke late".
 const char* NameOf(Mode mode);

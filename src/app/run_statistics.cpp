@@ -53,12 +53,19 @@ Json SafetyToJson(const Status& status) {
 Json TrafficToJson(const Emulator& emulator) {
   const ReceiveCounters& in = emulator.Received();
   const SendCounters& out = emulator.Sent();
+  Json saturated = Json::object();
+  for (std::size_t i = 0; i < emulator.Frames().MessageCount(); ++i) {
+    if (const std::uint64_t frames = out.saturated[i].load(); frames > 0)
+      saturated[emulator.Frames().MessageOf(i).name] = frames;
+  }
   Json json = {{"foreign", in.foreign.load()}};
   for (std::size_t i = 0; i < kFrameVerdicts; ++i) json[kFrameVerdictNames[i]] = in.of[i].load();
   json["lost"] = in.lost.load();
   json["published"] = out.published.load();
   json["not_sent"] = out.not_sent.load();
   json["superseded"] = out.superseded.load();
+  json["unchanged"] = out.unchanged.load();
+  json["saturated"] = std::move(saturated);
   return json;
 }
 
@@ -95,7 +102,7 @@ void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator
                {"traffic", TrafficToJson(emulator)}};
   if (finished) {
     const std::uint64_t lost = options.clock == Clock::kReal ? 0 : network.Statistics().receive_overflows;
-    json["verdict"] = JudgeRun(now, lost).Text();
+    json["verdict"] = JudgeRun(now, lost, emulator.ModelledBus()).Text();
     json["state_hash"] = HashText(now.sample.state_hash);
     json["worst_overruns"] = WorstToJson(emulator, options.task.loop.wake_ticks);
     json["loop_page_faults"] = emulator.LoopPageFaults();

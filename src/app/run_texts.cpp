@@ -32,17 +32,18 @@ std::uint64_t Fnv1a(std::string_view text, std::uint64_t hash) noexcept {
 }
 
 std::uint64_t ConfigurationHash(const RunTexts& texts) {
+  std::vector<const std::string*> all = {&texts.configuration_toml};
+  for (const std::string& dbc : texts.dbc) all.push_back(&dbc);
+  all.insert(all.end(), {&texts.load_csv, &texts.load_closing_csv});
   std::uint64_t hash = Fnv1a({});
-  for (const std::string* text :
-       {&texts.configuration_toml, &texts.dbc, &texts.load_csv, &texts.load_closing_csv})
-    hash = Fnv1a(std::string_view("", 1), Fnv1a(*text, hash));
+  for (const std::string* text : all) hash = Fnv1a(std::string_view("", 1), Fnv1a(*text, hash));
   return hash;
 }
 
 RunTexts DescribeConfiguration(const Configuration& configuration) {
   RunTexts texts;
   texts.configuration_toml = ConfigurationToml(configuration);
-  texts.dbc = TextOf(configuration.can.dbc);
+  for (const std::string& file : configuration.can.dbc) texts.dbc.push_back(TextOf(file));
   texts.load_csv = TextOf(configuration.load_file);
   if (!configuration.load_closing_file.empty())
     texts.load_closing_csv = TextOf(configuration.load_closing_file);
@@ -58,7 +59,7 @@ std::filesystem::path WriteConfigurationDirectory(const RunTexts& texts,
   WriteText(configuration, texts.configuration_toml);
   WriteText(directory / kLoadFileName, texts.load_csv);
   if (!texts.load_closing_csv.empty()) WriteText(directory / kLoadClosingFileName, texts.load_closing_csv);
-  WriteText(directory / kDbcFileName, texts.dbc);
+  for (std::size_t i = 0; i < texts.dbc.size(); ++i) WriteText(directory / DbcFileName(i), texts.dbc[i]);
   return configuration;
 }
 

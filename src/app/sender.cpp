@@ -44,14 +44,33 @@ void Sender::TakePublication(const Publication& publication) noexcept {
     std::int64_t& lateness_ns = waiting.publication.telemetry.status.recent_lateness_ns;
     if (Has(tell_lateness_, i)) lateness_ns = std::max(lateness_ns, before_ns);
   }
+  newest_ = publication;
+}
+
+/// A change is told at once, with the newest state there is.
+void Sender::TakeBusCondition() noexcept {
+  const can::BusCondition before = bus_;
+  if (!conditions_.Take(bus_) || bus_.IsLike(before)) return;
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    if (!Has(tell_bus_, i)) continue;
+    waiting_[i].due = true;
+    waiting_[i].not_before_ns = 0;
+    waiting_[i].publication = newest_;
+  }
 }
 
 void Sender::SendWaiting(bool at_once) noexcept {
   Publication publication;
   while (task_.TryPopPublication(publication)) TakePublication(publication);
+  TakeBusCondition();
+  nothing_waits_ = true;
   const std::int64_t now_ns = rt::MonotonicNs();
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
-    if (!waiting_[i].due || (now_ns < waiting_[i].not_before_ns && !at_once)) continue;
+    if (!waiting_[i].due) continue;
+    if (now_ns < waiting_[i].not_before_ns && !at_once) {
+      nothing_waits_ = false;
+      continue;
+    }
     waiting_[i].due = false;
     waiting_[i].not_before_ns = now_ns + static_cast<std::int64_t>(contract_.CycleTicks(i)) * kTickNs / 2;
     Send(i, waiting_[i].publication);
@@ -59,9 +78,13 @@ void Sender::SendWaiting(bool at_once) noexcept {
   FollowFaults();
 }
 
-void Sender::SendAll(const std::atomic<bool>& stop) noexcept {
+void Sender::SendAll(const std::atomic<bool>& stop, std::span<const std::size_t> order) noexcept {
   patient_until_ = &stop;
-  for (std::size_t i = 0; i < waiting_.size(); ++i) Send(i, task_.PublicationNow(i));
+  conditions_.Take(bus_);
+  for (const std::size_t i : order) {
+    Publication publication = task_.PublicationNow(i);
+    Send(i, publication);
+  }
   FollowFaults();
 }
 
@@ -74,15 +97,17 @@ void Sender::SendStopped() noexcept {
   }
 }
 
-void Sender::Send(std::size_t message, const Publication& publication) noexcept {
+void Sender::Send(std::size_t message, Publication& publication) noexcept {
+  publication.telemetry.bus = bus_;
   const fault::Transmission& fate = publication.fate;
   if (fate.lost || publication.telemetry.status.line_down) {
     ++counters_.faulted;
     return;
   }
+  const std::optional<can::Frame> frame = Next(message, publication);
+  if (!frame) return;
   const Telemetry& telemetry = publication.telemetry;
-  Outgoing outgoing{contract_.Encode(message, telemetry, publication.measured), message,
-                    telemetry.sample.tick, telemetry.status.command_arrival_ns};
+  Outgoing outgoing{*frame, message, telemetry.sample.tick, telemetry.status.command_arrival_ns};
   fault::FlipBits({outgoing.frame.data.data(), outgoing.frame.size}, fate.flipped_bits, fate.flip_key);
   std::optional<Outgoing>& overtaken = waiting_[message].overtaken;
   if (fate.after_next && !overtaken) {
@@ -101,6 +126,25 @@ void Sender::Send(std::size_t message, const Publication& publication) noexcept 
   overtaken.reset();
 }
 
+std::optional<can::Frame> Sender::Next(std::size_t message, const Publication& publication) noexcept {
+  Written& written = written_[message];
+  const std::uint64_t turn = written.turn++;
+  FieldSet saturated = 0;
+  const can::Frame frame =
+      contract_.Encode(message, publication.telemetry, publication.measured, turn, &saturated);
+  if (saturated != 0) {
+    ++counters_.saturated[message];
+    counters_.saturated_fields[message].fetch_or(saturated, std::memory_order_relaxed);
+  }
+  std::optional<can::Frame>& newest = written.newest[turn % written.newest.size()];
+  if (contract_.OutgoingMessages()[message].on_change && newest && newest->data == frame.data) {
+    ++counters_.unchanged;
+    return std::nullopt;
+  }
+  newest = frame;
+  return frame;
+}
+
 void Sender::FollowFaults() noexcept {
   task_.TakeFaultsOfSender(faults_);
   const std::uint64_t tick = task_.Clock();
@@ -115,6 +159,7 @@ void Sender::FollowFaults() noexcept {
   }
   if (!line.down) SendNonsense(line, tick - followed_tick_);
   followed_tick_ = tick;
+  if (!delayed_.Empty() || line.babble_hz > 0.0 || line.errors_hz > 0.0) nothing_waits_ = false;
 }
 
 /// As many as have become due in `ticks`.
@@ -154,6 +199,7 @@ can::SendResult Sender::Try(const can::Frame& frame) noexcept {
 void Sender::Account(const Outgoing& outgoing, can::SendResult result) noexcept {
   if (result != can::SendResult::kSent) {
     ++counters_.not_sent;
+    for (auto& newest : written_[outgoing.message].newest) newest.reset();  // on change: once more
     return;
   }
   ++counters_.published;

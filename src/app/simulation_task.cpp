@@ -275,9 +275,12 @@ Publication SimulationTask::PublicationNow(std::size_t message) const noexcept {
     publication.fate = fault::FateOfPublished(faults, static_cast<std::uint8_t>(message), Clock());
   const std::uint64_t tick = now_.sample.tick;
   if (!fault::Sensors::Act(faults, tick)) return publication;
-  publication.measured.is_truth = false;
   std::array<double, kMostQuantities> values{};
-  sensors_->Measure(faults, tick, Truth(values), publication.measured.values);
+  const std::span<const double> truth = Truth(values);
+  Measured& measured = publication.measured;
+  sensors_->Measure(faults, tick, truth, measured.values);
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    measured.changed |= std::uint64_t{measured.values[i] != truth[i]} << i;
   return publication;
 }
 
@@ -303,6 +306,7 @@ void SimulationTask::ServeRequests() noexcept {
   constexpr int kMostAtOnce = 4;
   Request request;
   for (int i = 0; i < kMostAtOnce && requests_.TryPop(request); ++i) answers_.TryPush(Serve(request));
+  for (int i = 0; i < kMostAtOnce && bus_requests_.TryPop(request); ++i) bus_answers_.TryPush(Serve(request));
 }
 
 void SimulationTask::FollowScript() noexcept {

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "formatted.hpp"
+#include "servohil/app/quantity.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {
@@ -13,8 +14,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kVersion = 2;
-constexpr int kOldestVersion = 1;  // without the supervision's state
+constexpr int kVersion = 3;  // 3: the supervision's state
+constexpr int kOldestVersion = 2;
 constexpr const char* kFormat = "servohil snapshot";
 
 /// Finds damage, not malice.
@@ -22,14 +23,69 @@ std::string Checksum(const std::string& text) {
   return HashText(Fnv1a(text));
 }
 
+template <typename Enum>
+Enum EnumOf(const Json& value, Enum last) {
+  const int number = value.get<int>();
+  if (number < 0 || number > static_cast<int>(last)) throw Json::other_error::create(500, "range", &value);
+  return static_cast<Enum>(number);
+}
+
+// JSON has no numbers for what is not available or beyond all scales.
+Json Number(double value) {
+  return std::isnan(value) ? Json("nan") : std::isinf(value) ? Json(value > 0 ? "inf" : "-inf") : Json(value);
+}
+double NumberFrom(const Json& value) {
+  if (value.is_number()) return value.get<double>();
+  return value == "nan" ? std::nan("") : value == "inf" ? HUGE_VAL : -HUGE_VAL;
+}
+
+Json ToJson(const fault::Trigger& trigger) {
+  return {{"kind", static_cast<int>(trigger.kind)},
+          {"quantity", trigger.quantity},
+          {"above", trigger.above},
+          {"threshold", trigger.threshold},
+          {"frame_id", trigger.frame_id},
+          {"extended", trigger.extended},
+          {"fault", trigger.fault}};
+}
+
+fault::Trigger TriggerFromJson(const Json& json) {
+  fault::Trigger trigger;
+  trigger.kind = EnumOf(json.at("kind"), fault::Trigger::Kind::kFault);
+  json.at("quantity").get_to(trigger.quantity);
+  json.at("above").get_to(trigger.above);
+  json.at("threshold").get_to(trigger.threshold);
+  json.at("frame_id").get_to(trigger.frame_id);
+  json.at("extended").get_to(trigger.extended);
+  json.at("fault").get_to(trigger.fault);
+  return trigger;
+}
+
+/// Of this program's catalogue and quantities.
+bool IsSound(const fault::Injection& i) {
+  const fault::Spec* spec = fault::Find(i.id);
+  return spec != nullptr && (!spec->HasSignal() || i.target < Quantities().size()) &&
+         i.trigger.quantity < Quantities().size();
+}
+
 Json ToJson(const fault::Schedule& faults) {
   Json list = Json::array();
   for (const fault::Injection& i : faults) {
     list.push_back({{"fault", i.id},
+                    {"target", i.target},
                     {"values", i.values},
+                    {"seed", i.seed},
                     {"start_tick", i.start_tick},
                     {"ramp_ticks", i.ramp_ticks},
-                    {"for_ticks", i.for_ticks}});
+                    {"ramp_out_ticks", i.ramp_out_ticks},
+                    {"for_ticks", i.for_ticks},
+                    {"period_ticks", i.period_ticks},
+                    {"times", i.times},
+                    {"trigger", ToJson(i.trigger)},
+                    {"waits", i.waits},
+                    {"was_true", i.was_true},
+                    {"fired", i.fired},
+                    {"held", Number(i.held)}});
   }
   return list;
 }
@@ -42,10 +98,20 @@ fault::Schedule ScheduleFromJson(const Json& list) {
     one.at("values").get_to(i.values);
     one.at("start_tick").get_to(i.start_tick);
     one.at("ramp_ticks").get_to(i.ramp_ticks);
+    one.at("target").get_to(i.target);
+    one.at("seed").get_to(i.seed);
+    one.at("ramp_out_ticks").get_to(i.ramp_out_ticks);
     one.at("for_ticks").get_to(i.for_ticks);
-    if (fault::Find(i.id) == nullptr || !faults.Inject(i))
-      throw Json::other_error::create(500, "fault", &one);
+    one.at("period_ticks").get_to(i.period_ticks);
+    one.at("times").get_to(i.times);
+    i.trigger = TriggerFromJson(one.at("trigger"));
+    one.at("waits").get_to(i.waits);
+    one.at("was_true").get_to(i.was_true);
+    one.at("fired").get_to(i.fired);
+    i.held = NumberFrom(one.at("held"));
+    if (!IsSound(i) || !faults.Inject(i)) throw Json::other_error::create(500, "fault", &one);
   }
+  faults.ForgetEvents();
   return faults;
 }
 
@@ -84,14 +150,7 @@ Json ToJson(const Snapshot& snapshot) {
           {"faults", ToJson(snapshot.faults)}};
 }
 
-template <typename Enum>
-Enum EnumOf(const Json& value, Enum last) {
-  const int number = value.get<int>();
-  if (number < 0 || number > static_cast<int>(last)) throw Json::other_error::create(500, "range", &value);
-  return static_cast<Enum>(number);
-}
-
-/// @param json  of a snapshot; before version 2 a command was followed for ever
+/// @param json  of a snapshot; before version 3 a command was followed for ever
 SupervisorState SupervisorFromJson(const Json& json, const Snapshot& snapshot) {
   SupervisorState s;
   json.at("command_p1_psi").get_to(s.demand_psi);
@@ -150,7 +209,8 @@ RunTexts TextsFromJson(const Json& json) {
   json.at("configuration").get_to(texts.configuration_toml);
   json.at("load").get_to(texts.load_csv);
   json.at("load_closing").get_to(texts.load_closing_csv);
-  json.at("dbc").get_to(texts.dbc);
+  const Json& dbc = json.at("dbc");
+  texts.dbc = dbc.is_string() ? std::vector<std::string>{dbc} : dbc.get<std::vector<std::string>>();
   return texts;
 }
 

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "contract_report.hpp"
+#include "injection_words.hpp"
 #include "run_report.hpp"
 #include "run_statistics.hpp"
 #include "servohil/error.hpp"
@@ -24,14 +26,16 @@ constexpr int kAnswerMs = 1;  // while the simulation is to answer
 
 Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
              std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-             Reloader& reloader)
+             Reloader& reloader, BusWatch& buses, const Contract& contract)
     : emulator_(emulator),
       network_(network),
       options_(options),
       statistics_(std::move(statistics)),
       snapshots_(snapshots),
       control_(control),
+      contract_(contract),
       reloader_(reloader),
+      buses_(buses),
       now_(emulator.Final()),
       terminal_(isatty(STDOUT_FILENO) != 0),
       last_ns_(rt::MonotonicNs()) {}
@@ -43,8 +47,11 @@ void Watch::Run(const StopSignals& signals) {
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
     LogSafetyChanges();
+    LogFaults();
+    LogSaturation();
+    buses_.Look();
     TellThatItLives();
-    if (control_ != nullptr) control_->Serve(now_);
+    if (control_ != nullptr) control_->Serve(now_, buses_.Reports());
     snapshots_.WriteAllOrTell(emulator_);
     if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
   }
@@ -116,6 +123,30 @@ void Watch::LogSafetyChanges() {
 std::string Watch::OnLossText() const {
   const OnLoss on_loss = options_.safety.on_loss;
   return std::string("; safety.on_loss = \"") + NamesOf(on_loss)[static_cast<std::size_t>(on_loss)] + '"';
+}
+
+/// Each signal once.
+void Watch::LogSaturation() {
+  const auto messages = emulator_.Frames().OutgoingMessages();
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    const FieldSet fields =
+        emulator_.Sent().saturated_fields[i].load(std::memory_order_relaxed) & ~told_saturated_[i];
+    if (fields == 0) continue;
+    told_saturated_[i] |= fields;
+    spdlog::warn("{}", DescribeSaturation(messages[i], fields));
+  }
+}
+
+/// Each start and end; of a row of pulses the first, and the others for who wants to know all.
+void Watch::LogFaults() {
+  fault::Event event;
+  while (emulator_.TryPopFaultEvent(event)) {
+    const std::string text = EventText(event, &contract_);
+    spdlog::log(event.pulse == 0 ? spdlog::level::info : spdlog::level::debug, text);
+  }
+  if (snapshots_refused_ == emulator_.SnapshotsRefused()) return;
+  snapshots_refused_ = emulator_.SnapshotsRefused();
+  spdlog::warn("no snapshot: it cannot hold the past that sensor_delayed needs; clear it first");
 }
 
 /// The run goes on without; at its end it is an error.

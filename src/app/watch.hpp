@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "bus_watch.hpp"
 #include "control/server.hpp"
 #include "reload.hpp"
 #include "service_manager.hpp"
@@ -21,7 +22,7 @@ class Watch {
   /// @param reloader  called at SIGHUP. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
         std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-        Reloader& reloader);
+        Reloader& reloader, BusWatch& buses, const Contract& contract);
 
   /// Until a stop signal or the end of the run.
   void Run(const StopSignals& signals);
@@ -36,6 +37,8 @@ class Watch {
   void LogWhatWentWrong();
   void LogSafetyChanges();
   std::string OnLossText() const;
+  void LogSaturation();
+  void LogFaults();
   void WriteStatisticsSoFar();
   void TellEachSecond();
 
@@ -45,11 +48,15 @@ class Watch {
   std::filesystem::path statistics_;
   const SnapshotWriter& snapshots_;
   control::Server* control_;
+  const Contract& contract_;
   Reloader& reloader_;
   ServiceManager manager_;
+  BusWatch& buses_;
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;
+  std::array<FieldSet, kMostMessages> told_saturated_{};  ///< signals that have been named in the log
+  std::uint64_t snapshots_refused_ = 0;
   bool terminal_;
   std::int64_t last_ns_;
   std::uint64_t last_tick_ = 0;

@@ -16,6 +16,7 @@ struct Counters {
   std::atomic<std::uint64_t> dropped_disconnected{0};
   std::atomic<std::uint64_t> receive_overflows{0};
   std::atomic<std::uint64_t> malformed{0};
+  std::atomic<std::uint64_t> error_frames{0};
 
   static void Add(std::atomic<std::uint64_t>& counter, std::uint64_t n = 1) noexcept {
     counter.fetch_add(n, std::memory_order_relaxed);
@@ -41,7 +42,8 @@ struct Counters {
     constexpr auto kRelaxed = std::memory_order_relaxed;
     return {received.load(kRelaxed),           sent.load(kRelaxed),
             dropped_queue_full.load(kRelaxed), dropped_disconnected.load(kRelaxed),
-            receive_overflows.load(kRelaxed),  malformed.load(kRelaxed)};
+            receive_overflows.load(kRelaxed),  malformed.load(kRelaxed),
+            error_frames.load(kRelaxed)};
   }
 };
 

@@ -78,6 +78,7 @@ void DbcAttributes::Apply(std::uint32_t raw_id, Message& message) const {
   const std::string format = ValueOf("VFrameFormat", raw_id, "");
   message.fd =
       format == "StandardCAN_FD" || format == "ExtendedCAN_FD" || message.size_bytes > kClassicalBytes;
+  message.j1939 = format == "J1939PG";
   message.bit_rate_switch = message.fd && ValueOf("CANFD_BRS", raw_id, "") == "1";
   message.cycle_ms =
       static_cast<int>(std::clamp(NumberOf("GenMsgCycleTime", raw_id, ""), 0.0, kLongestCycleMs));

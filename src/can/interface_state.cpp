@@ -5,16 +5,11 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
-#include <array>
 #include <cstring>
-#include <filesystem>
-#include <system_error>
 
 #include "file_descriptor.hpp"
-
-extern "C" {
-#include <libsocketcan.h>
-}
+#include "servohil/can/bus_monitor.hpp"
+#include "servohil/can/link.hpp"
 
 namespace servohil::can {
 namespace {
@@ -29,31 +24,6 @@ std::optional<ifreq> Ask(const std::string& name, unsigned long request) noexcep
   return answer;
 }
 
-/// vcan, vxcan, and what slcand makes: none of them has a bit rate to read. Unknown (no /sys) counts as
-/// virtual: libsocketcan writes to the standard error when it is asked about an interface that has no
-/// controller.
-bool IsVirtual(const std::string& name) noexcept {
-  try {
-    std::error_code error;
-    const std::filesystem::path device = std::filesystem::read_symlink("/sys/class/net/" + name, error);
-    return error || device.string().find("/virtual/") != std::string::npos;
-  } catch (...) {
-    return true;
-  }
-}
-
-bool HasController(const std::string& name) noexcept {
-  return IsCanInterface(name) && IsInterfaceUp(name) && !IsVirtual(name);
-}
-
-std::string ControllerState(const std::string& name) {
-  static constexpr std::array<const char*, CAN_STATE_MAX> kNames{
-      "error-active", "error-warning", "error-passive", "bus-off", "stopped", "sleeping"};
-  int state = 0;
-  if (can_get_state(name.c_str(), &state) != 0 || state < 0 || state >= CAN_STATE_MAX) return "state unknown";
-  return kNames[static_cast<std::size_t>(state)];
-}
-
 }  // namespace
 
 bool IsCanInterface(const std::string& name) noexcept {
@@ -66,20 +36,22 @@ bool IsInterfaceUp(const std::string& name) noexcept {
   return answer && (static_cast<unsigned>(answer->ifr_flags) & static_cast<unsigned>(IFF_UP)) != 0;
 }
 
-std::optional<std::uint32_t> InterfaceBitRate(const std::string& name) noexcept {
-  can_bittiming timing{};
-  if (!HasController(name) || can_get_bittiming(name.c_str(), &timing) != 0 || timing.bitrate == 0) {
-    return std::nullopt;
-  }
-  return timing.bitrate;
+std::optional<std::uint32_t> InterfaceBitRate(const std::string& name) {
+  const std::optional<Link> link = ReadLink(name);
+  if (!link || !link->up || !link->controller || link->controller->bit_rate_bit_s == 0) return std::nullopt;
+  return link->controller->bit_rate_bit_s;
 }
 
 std::string DescribeInterface(const std::string& name) {
   if (!IsCanInterface(name)) return "gone";
   if (!IsInterfaceUp(name)) return "down";
-  if (IsVirtual(name)) return "up, virtual";
-  const std::optional<std::uint32_t> bit_rate = InterfaceBitRate(name);
-  return "up, " + (bit_rate ? std::to_string(*bit_rate) + " bit/s, " : std::string()) + ControllerState(name);
+  const std::optional<Link> link = ReadLink(name);
+  if (!link) return "up";
+  if (link->IsVirtual()) return "up, virtual";
+  if (!link->controller) return "up, state unknown";
+  const Controller& controller = *link->controller;
+  return "up, " + std::to_string(controller.bit_rate_bit_s) + " bit/s, " +
+         NameOf(static_cast<BusState>(controller.state));
 }
 
 }  // namespace servohil::can

@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <ctime>
 #include <system_error>
 
+#include "realtime_clock.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::can {
@@ -16,14 +18,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kRetryMs = 10;  // how often a bus that cannot be polled is asked
+constexpr std::chrono::milliseconds kRetry{10};  // how often a bus that cannot be polled is asked
+constexpr std::chrono::nanoseconds kEndless = std::chrono::hours(24);
 constexpr short kInput = POLLIN;
+constexpr int kMostAtOnce = 64;  // a flood does not keep the receiver from what has passed
 
-/// Milliseconds to wait, rounded up; -1 without end.
-int Remaining(Clock::time_point end, bool endless) noexcept {
-  if (endless) return -1;
-  const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now()).count();
-  return static_cast<int>(std::max<std::int64_t>(left, 0));
+std::int64_t NowNs() noexcept {
+  return std::chrono::nanoseconds(Clock::now().time_since_epoch()).count();
 }
 
 }  // namespace
@@ -35,6 +36,12 @@ Network::Network(const std::vector<std::string>& urls, const BusOptions& options
   if (wake_fd_ < 0) {
     throw EnvironmentError("cannot make an event descriptor: " + std::generic_category().message(errno));
   }
+  if (!options.model) return;
+  for (const auto& bus : buses_) {
+    if (!bus->IsVirtual())
+      throw UsageError("can.emulate_bitrate is for virtual buses; " + bus->Name() + " is a physical one");
+  }
+  model_.emplace(*options.model);
 }
 
 Network::~Network() {
@@ -48,10 +55,15 @@ void Network::Wake() noexcept {
   errno = saved_errno;
 }
 
-void Network::Forward(const Frame& frame, std::size_t from) noexcept {
-  if (!buses_[from]->IsVirtualSegment()) return;
+/// The receiver is to look again.
+void Network::Poke() noexcept {
+  ::eventfd_write(wake_fd_, 1);
+}
+
+void Network::Forward(const Frame& frame) noexcept {
+  if (frame.error || !buses_[frame.bus]->IsVirtualSegment()) return;
   for (std::size_t i = 0; i < buses_.size(); ++i) {
-    if (i != from && buses_[i]->IsVirtualSegment()) buses_[i]->Send(frame);
+    if (i != frame.bus && buses_[i]->IsVirtualSegment()) buses_[i]->Send(frame);
   }
 }
 
@@ -60,7 +72,6 @@ std::optional<Frame> Network::ReceiveNow() noexcept {
     const std::size_t at = (next_ + i) % buses_.size();
     if (std::optional<Frame> frame = buses_[at]->Receive()) {
       next_ = (at + 1) % buses_.size();
-      Forward(*frame, at);
       frame->bus = static_cast<std::uint8_t>(at);
       return frame;
     }
@@ -68,7 +79,41 @@ std::optional<Frame> Network::ReceiveNow() noexcept {
   return std::nullopt;
 }
 
-void Network::WaitForInput(int timeout_ms) noexcept {
+std::optional<Frame> Network::ReceiveThroughModel() noexcept {
+  for (int i = 0; i < kMostAtOnce; ++i) {
+    const std::optional<Frame> frame = ReceiveNow();
+    if (!frame) break;
+    if (frame->error) return frame;
+    const std::lock_guard lock(model_mutex_);
+    model_->Offer(*frame, BusModel::From::kOthers, NowNs());
+  }
+  return TakePassed();
+}
+
+/// What has passed the bus: ours goes out, theirs is received.
+std::optional<Frame> Network::TakePassed() noexcept {
+  for (;;) {
+    std::unique_lock lock(model_mutex_);
+    std::optional<BusModel::Passed> passed = model_->Next(NowNs());
+    lock.unlock();
+    if (!passed) return std::nullopt;
+    if (passed->from == BusModel::From::kOthers) {
+      passed->frame.receive_time_ns = RealTimeNs();
+      return passed->frame;
+    }
+    SendToAll(passed->frame);
+  }
+}
+
+std::chrono::nanoseconds Network::UntilModelMoves(std::chrono::nanoseconds most) noexcept {
+  if (!model_) return most;
+  const std::lock_guard lock(model_mutex_);
+  const std::optional<std::int64_t> end_ns = model_->NextEnd();
+  if (!end_ns) return most;
+  return std::min(most, std::chrono::nanoseconds(std::max<std::int64_t>(*end_ns - NowNs(), 0)));
+}
+
+void Network::WaitForInput(std::chrono::nanoseconds timeout) noexcept {
   std::vector<pollfd> descriptors{{wake_fd_, kInput, 0}};
   bool retry = nothing_but_errors_;
   for (const auto& bus : buses_) {
@@ -78,8 +123,14 @@ void Network::WaitForInput(int timeout_ms) noexcept {
     retry = retry || fd < 0;
     descriptors.push_back({fd, kInput, 0});  // poll() ignores -1
   }
-  if (retry && (timeout_ms < 0 || timeout_ms > kRetryMs)) timeout_ms = kRetryMs;
-  const int ready = ::poll(descriptors.data(), descriptors.size(), timeout_ms);
+  if (retry) timeout = std::min<std::chrono::nanoseconds>(timeout, kRetry);
+  timeout = UntilModelMoves(timeout);
+  constexpr std::int64_t kNsPerS = 1'000'000'000;
+  const timespec most{timeout.count() / kNsPerS, timeout.count() % kNsPerS};
+  const int ready = ::ppoll(descriptors.data(), descriptors.size(), &most, nullptr);
+  // Wake() stays, Poke() is once.
+  eventfd_t pokes = 0;
+  if (descriptors.front().revents != 0 && !woken_.load()) ::eventfd_read(wake_fd_, &pokes);
   nothing_but_errors_ =
       ready > 0 && std::none_of(descriptors.begin(), descriptors.end(), [](const pollfd& entry) {
         return (static_cast<unsigned>(entry.revents) & static_cast<unsigned>(POLLIN)) != 0;
@@ -87,24 +138,51 @@ void Network::WaitForInput(int timeout_ms) noexcept {
 }
 
 std::optional<Frame> Network::Receive(int timeout_ms) noexcept {
-  const bool endless = timeout_ms < 0;
-  const Clock::time_point end = Clock::now() + std::chrono::milliseconds(std::max(timeout_ms, 0));
+  const auto timeout = timeout_ms < 0 ? kEndless : std::chrono::milliseconds(timeout_ms);
+  const Clock::time_point end = Clock::now() + timeout;
   while (!woken_.load()) {
-    if (std::optional<Frame> frame = ReceiveNow()) {
+    if (std::optional<Frame> frame = model_ ? ReceiveThroughModel() : ReceiveNow()) {
       nothing_but_errors_ = false;
+      Forward(*frame);
       return frame;
     }
-    const int wait_ms = Remaining(end, endless);
-    if (wait_ms == 0) return std::nullopt;
-    WaitForInput(wait_ms);
+    const std::chrono::nanoseconds left = timeout_ms < 0 ? kEndless : end - Clock::now();
+    if (left.count() <= 0) return std::nullopt;
+    WaitForInput(left);
   }
   return std::nullopt;
 }
 
-SendResult Network::Send(const Frame& frame) noexcept {
+SendResult Network::SendToAll(const Frame& frame) noexcept {
   SendResult worst = SendResult::kSent;
   for (const auto& bus : buses_) worst = std::max(worst, bus->Send(frame));
   return worst;
+}
+
+SendResult Network::Send(const Frame& frame) noexcept {
+  if (!model_) return SendToAll(frame);
+  bool accepted = false;
+  {
+    const std::lock_guard lock(model_mutex_);
+    accepted = model_->Offer(frame, BusModel::From::kUs, NowNs());
+  }
+  Poke();
+  return accepted ? SendResult::kSent : SendResult::kQueueFull;
+}
+
+void Network::Flush() noexcept {
+  if (!model_) return;
+  while (const std::optional<std::int64_t> end_ns = model_->NextEnd()) {
+    while (const std::optional<BusModel::Passed> passed = model_->Next(*end_ns)) {
+      if (passed->from == BusModel::From::kUs) SendToAll(passed->frame);
+    }
+  }
+}
+
+std::optional<BusModelStatistics> Network::Modelled() const noexcept {
+  if (!model_) return std::nullopt;
+  const std::lock_guard lock(model_mutex_);
+  return model_->Statistics();
 }
 
 BusStatistics Network::Statistics() const noexcept {
@@ -117,6 +195,7 @@ BusStatistics Network::Statistics() const noexcept {
     sum.dropped_disconnected += one.dropped_disconnected;
     sum.receive_overflows += one.receive_overflows;
     sum.malformed += one.malformed;
+    sum.error_frames += one.error_frames;
   }
   return sum;
 }

@@ -51,11 +51,18 @@ void CheckUrl(const std::string& url) {
   if (!known) ThrowUnknown(url);
 }
 
-std::string AutomaticUrl(std::span<const std::string> interfaces) {
+std::string AutomaticUrl(std::span<const std::string> interfaces, bool allow_physical) {
   for (const std::string& interface : interfaces) {
-    if (IsCanInterface(interface)) return "socketcan:" + interface;
+    if (IsCanInterface(interface) && (allow_physical || IsVirtualInterface(interface)))
+      return "socketcan:" + interface;
   }
   return "slcan:pty";
+}
+
+std::string PhysicalRefusal(const std::string& url) {
+  return url +
+         " is a physical bus, where a real machine may be: --set can.allow_physical=true if servohil may "
+         "send there";
 }
 
 }  // namespace servohil::can

@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
+#include <memory>
 #include <system_error>
 
 #include "realtime_clock.hpp"
@@ -16,6 +18,9 @@ namespace {
 
 constexpr std::array<std::uint32_t, 9> kBitRateOfCode{10'000,  20'000,  50'000,  100'000,  125'000,
                                                       250'000, 500'000, 800'000, 1'000'000};
+
+constexpr std::string_view kTerminals = "/dev/pts/";
+constexpr std::chrono::milliseconds kTryEvery{100};  ///< while the device is gone
 
 std::string BitRateCommand(std::uint32_t bit_rate_bit_s) {
   std::string known;
@@ -67,14 +72,51 @@ ssize_t WriteSome(int fd, std::string_view text) noexcept {
 
 }  // namespace
 
+bool IsTerminalOfAProgram(const std::string& device) noexcept {
+  const std::unique_ptr<char, void (*)(void*)> path(::realpath(device.c_str(), nullptr), std::free);
+  return path && std::string_view(path.get()).rfind(kTerminals, 0) == 0;
+}
+
 SlcanSerial::SlcanSerial(const std::string& device, const BusOptions& options)
-    : name_("slcan:" + device), bit_rate_bit_s_(options.bit_rate_bit_s) {
-  // CR first: ends whatever line the adapter was left in. Its refusal to close what is closed is no harm.
-  const std::string begin = "\r\rC\r" + BitRateCommand(options.bit_rate_bit_s) + "O\r";
+    : path_(device),
+      name_("slcan:" + device),
+      bit_rate_bit_s_(options.bit_rate_bit_s),
+      // CR first: ends whatever line the adapter was left in. Its refusal to close what is closed is no harm.
+      begin_("\r\rC\r" + BitRateCommand(options.bit_rate_bit_s) + "O\r") {
+  if (!options.allow_physical && ::access(device.c_str(), F_OK) == 0 && !IsTerminalOfAProgram(device))
+    throw UsageError(PhysicalRefusal(name_));
   device_ = OpenRaw(device);
-  if (WriteSome(device_.Get(), begin) != static_cast<ssize_t>(begin.size())) {
+  if (WriteSome(device_.Get(), begin_) != static_cast<ssize_t>(begin_.size())) {
     throw EnvironmentError(device + " does not take commands");
   }
+}
+
+/// While somebody holds the device that is gone, the kernel gives another name to the one that comes back.
+void SlcanSerial::LetGo() noexcept {
+  const FileDescriptor nothing(::open("/dev/null", O_RDWR | O_CLOEXEC));
+  let_go_ = nothing && ::dup3(nothing.Get(), device_.Get(), O_CLOEXEC) >= 0;
+}
+
+/// @return whether the device is there again
+bool SlcanSerial::Reopen() noexcept {
+  // The number of a pseudo-terminal may be another program's by now: only a link's name tells that it is
+  // ours.
+  if (!let_go_) LetGo();
+  const auto now = std::chrono::steady_clock::now();
+  if (now < next_try_ || path_.rfind(kTerminals, 0) == 0) return false;
+  next_try_ = now + kTryEvery;
+  try {
+    const FileDescriptor device = OpenRaw(path_);
+    if (::dup3(device.Get(), device_.Get(), O_CLOEXEC) < 0) return false;
+  } catch (const std::exception&) {
+    return false;
+  }
+  if (WriteSome(device_.Get(), begin_) != static_cast<ssize_t>(begin_.size())) return false;
+  assembler_.Clear();
+  input_at_ = input_size_ = 0;
+  let_go_ = false;
+  gone_ = false;
+  return true;
 }
 
 SlcanSerial::~SlcanSerial() {
@@ -119,6 +161,7 @@ std::optional<Frame> SlcanSerial::NextBufferedFrame() noexcept {
 }
 
 std::optional<Frame> SlcanSerial::Receive() noexcept {
+  if (gone_ && !Reopen()) return std::nullopt;
   constexpr int kMostReads = 16;  // a babbling device does not keep the caller here
   for (int i = 0; i < kMostReads && !gone_; ++i) {
     if (const std::optional<Frame> frame = NextBufferedFrame()) return frame;
@@ -146,7 +189,10 @@ bool SlcanSerial::WritePending() noexcept {
 }
 
 SendResult SlcanSerial::Send(const Frame& frame) noexcept {
-  if (gone_) return counters_.Count(SendResult::kDisconnected);
+  if (gone_) {
+    pending_.clear();
+    return counters_.Count(SendResult::kDisconnected);
+  }
   if (!WritePending()) return counters_.Count(gone_ ? SendResult::kDisconnected : SendResult::kQueueFull);
   const slcan::LineText line = slcan::FormatFrame(frame, std::nullopt);
   const ssize_t size = WriteSome(device_.Get(), line.View());

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <string>
 #include <string_view>
 
@@ -13,6 +14,10 @@
 
 namespace servohil::can {
 
+/// The device is a pseudo-terminal: another program plays the adapter.
+bool IsTerminalOfAProgram(const std::string& device) noexcept;
+
+/// Survives the adapter being pulled out and plugged in: its device is opened again when it comes back.
 class SlcanSerial final : public Bus {
  public:
   /// Opens the device raw, and the adapter's channel at the bit rate of the options.
@@ -24,6 +29,8 @@ class SlcanSerial final : public Bus {
 
   const std::string& Name() const noexcept override { return name_; }
   std::string State() const override;
+  bool IsVirtual() const noexcept override { return IsTerminalOfAProgram(path_); }
+  bool IsGone() const noexcept override { return gone_; }
   int PollFd() noexcept override { return gone_ ? -1 : device_.Get(); }
   std::optional<Frame> Receive() noexcept override;
   SendResult Send(const Frame& frame) noexcept override;
@@ -33,10 +40,14 @@ class SlcanSerial final : public Bus {
   std::optional<Frame> NextBufferedFrame() noexcept;
   bool HandleLine(const slcan::Line& line, Frame& frame) noexcept;
   bool WritePending() noexcept;
+  void LetGo() noexcept;
+  bool Reopen() noexcept;
 
+  std::string path_;
   std::string name_;
   std::uint32_t bit_rate_bit_s_;
-  FileDescriptor device_;
+  std::string begin_;      ///< what opens the adapter's channel
+  FileDescriptor device_;  ///< stays the same number: the other thread may be writing to it
   Counters counters_;
   std::atomic<bool> gone_{false};
   std::atomic<bool> answered_{false};       ///< a line of the protocol has come
@@ -47,6 +58,8 @@ class SlcanSerial final : public Bus {
   std::array<char, 4096> input_{};
   std::size_t input_size_ = 0;
   std::size_t input_at_ = 0;
+  bool let_go_ = false;
+  std::chrono::steady_clock::time_point next_try_;
 
   // Sender thread only: rest of a line of which the device took a part.
   std::string pending_;

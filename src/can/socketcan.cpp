@@ -1,6 +1,7 @@
 #include "socketcan.hpp"
 
 #include <linux/can.h>
+#include <linux/can/error.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 
@@ -36,6 +37,13 @@ canfd_frame ToKernel(const Frame& frame) noexcept {
 
 Frame FromKernel(const canfd_frame& kernel, bool fd) noexcept {
   Frame frame;
+  if ((kernel.can_id & CAN_ERR_FLAG) != 0) {
+    frame.error = true;
+    frame.id = kernel.can_id & CAN_ERR_MASK;
+    frame.size = CAN_ERR_DLC;
+    std::memcpy(frame.data.data(), kernel.data, frame.size);
+    return frame;
+  }
   frame.extended = (kernel.can_id & CAN_EFF_FLAG) != 0;
   frame.id = kernel.can_id & (frame.extended ? CAN_EFF_MASK : CAN_SFF_MASK);
   frame.remote = (kernel.can_id & CAN_RTR_FLAG) != 0;
@@ -75,6 +83,7 @@ Control ReadControl(msghdr& message) noexcept {
 SocketCan::SocketCan(const std::string& interface, const BusOptions& options)
     : interface_(interface),
       name_("socketcan:" + interface),
+      is_virtual_(IsVirtualInterface(interface)),
       filters_(KernelFilters(options.wanted)),
       socket_(OpenRawSocket()) {
   CheckInterface(interface, options);
@@ -113,11 +122,11 @@ std::optional<Frame> SocketCan::Receive() noexcept {
       kernel_overflows_ = control.overflows;
     }
     const bool fd = size == CANFD_MTU;
-    if ((size != CAN_MTU && !fd) || (kernel.can_id & CAN_ERR_FLAG) != 0) {
+    if (size != CAN_MTU && !fd) {
       Counters::Add(counters_.malformed);
       continue;
     }
-    Counters::Add(counters_.received);
+    Counters::Add((kernel.can_id & CAN_ERR_FLAG) != 0 ? counters_.error_frames : counters_.received);
     Frame frame = FromKernel(kernel, fd);
     frame.receive_time_ns = control.time_ns;
     return frame;
@@ -126,13 +135,17 @@ std::optional<Frame> SocketCan::Receive() noexcept {
 }
 
 SendResult SocketCan::Send(const Frame& frame) noexcept {
+  if (in_flight_.AreStuck(socket_.Get())) return counters_.Count(SendResult::kQueueFull);
   const canfd_frame kernel = ToKernel(frame);
   const std::size_t size = frame.fd ? CANFD_MTU : CAN_MTU;
   ssize_t sent = 0;
   do {
     sent = ::send(socket_.Get(), &kernel, size, MSG_DONTWAIT);
   } while (sent < 0 && errno == EINTR);
-  if (sent >= 0) return counters_.Count(SendResult::kSent);
+  if (sent >= 0) {
+    in_flight_.AddOne();
+    return counters_.Count(SendResult::kSent);
+  }
   const bool full = errno == ENOBUFS || errno == EAGAIN || errno == ENOMEM;
   return counters_.Count(full ? SendResult::kQueueFull : SendResult::kDisconnected);
 }

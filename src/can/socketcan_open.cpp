@@ -23,7 +23,7 @@ bool IsVirtualName(const std::string& interface) {
 }
 
 std::string SetUpCommand(const std::string& interface, const BusOptions& options) {
-  if (IsVirtualName(interface)) return "sudo ip link set " + interface + " up";
+  if (IsVirtualInterface(interface)) return "sudo ip link set " + interface + " up";
   return "sudo ip link set " + interface + " up type can bitrate " + std::to_string(options.bit_rate_bit_s);
 }
 
@@ -50,6 +50,11 @@ std::vector<can_filter> KernelFilters(const std::vector<WantedId>& wanted) {
   return filters;
 }
 
+bool IsVirtualInterface(const std::string& interface) {
+  const std::optional<Link> link = ReadLink(interface);
+  return link && !link->kind.empty() ? link->IsVirtual() : IsVirtualName(interface);
+}
+
 void CheckInterface(const std::string& interface, const BusOptions& options) {
   if (::if_nametoindex(interface.c_str()) == 0) {
     if (IsVirtualName(interface)) {
@@ -63,6 +68,10 @@ void CheckInterface(const std::string& interface, const BusOptions& options) {
   if (!IsCanInterface(interface)) {
     throw EnvironmentError(interface + " is not a CAN interface; this lists them: ip -br link show type can");
   }
+  if (!options.allow_physical && !IsVirtualInterface(interface)) {
+    throw UsageError(PhysicalRefusal("socketcan:" + interface));
+  }
+  if (options.configure) ConfigureLink(interface, *options.configure);
   if (!IsInterfaceUp(interface)) {
     throw EnvironmentError("CAN interface " + interface +
                            " is down; set it up: " + SetUpCommand(interface, options));
@@ -94,6 +103,7 @@ FileDescriptor OpenRawSocket() {
   constexpr int kOn = 1;
   constexpr int kOff = 0;
   SetOption(socket.Get(), SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, kOff, "CAN_RAW_RECV_OWN_MSGS");
+  SetOption(socket.Get(), SOL_CAN_RAW, CAN_RAW_ERR_FILTER, CAN_ERR_MASK, "CAN_RAW_ERR_FILTER");
   SetOption(socket.Get(), SOL_CAN_RAW, CAN_RAW_FD_FRAMES, kOn, "CAN_RAW_FD_FRAMES");
   SetOption(socket.Get(), SOL_SOCKET, SO_RXQ_OVFL, kOn, "SO_RXQ_OVFL");
   SetOption(socket.Get(), SOL_SOCKET, SO_TIMESTAMPNS, kOn, "SO_TIMESTAMPNS");

@@ -54,6 +54,26 @@ const Spec* Find(std::uint8_t id) noexcept {
   return kPlaces[id] == kNoFault ? nullptr : &kCatalogue[kPlaces[id]];
 }
 
+const char* OnlyWith(Needs needs) noexcept {
+  switch (needs) {
+    case Needs::kNothing:
+      break;
+    case Needs::kFullPhysics:
+      return "model.physics = \"full\"";
+    case Needs::kStabilizer:
+      return "stabilizer.enabled = true";
+    case Needs::kBus:
+      return "a bus: servohil run";
+    case Needs::kProtection:
+      return "published messages that have a counter and a checksum";
+    case Needs::kErrorFrames:
+      return "vcan, which carries error frames";
+    case Needs::kRealTime:
+      return "a run in real time";
+  }
+  return nullptr;
+}
+
 const char* Unsupported(const Spec& spec, const Surroundings& surroundings) noexcept {
   switch (spec.needs) {
     case Needs::kNothing:

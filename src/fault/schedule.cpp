@@ -31,6 +31,8 @@ std::uint32_t PulseOf(const Injection& i, std::uint64_t tick) noexcept {
 }  // namespace
 
 bool Schedule::Inject(const Injection& injection, std::uint64_t next_tick) noexcept {
+  const Spec* spec = Find(injection.id);
+  if (spec == nullptr || (spec->HasSignal() && injection.target == Injection::kEverything)) return false;
   const auto same = std::find_if(begin(), end(), [&](const Injection& one) {
     return one.id == injection.id && one.target == injection.target;
   });
@@ -41,7 +43,7 @@ bool Schedule::Inject(const Injection& injection, std::uint64_t next_tick) noexc
   std::copy_backward(place, injections_.data() + count_, injections_.data() + count_ + 1);
   *place = injection;
   ++count_;
-  changed_ = changed_ || Find(injection.id)->ActsAs<ParameterAct>();
+  changed_ = changed_ || spec->ActsAs<ParameterAct>();
   if (is_there) {
     Tell(Event::Kind::kChanged, injection, next_tick);
   } else if (injection.waits || injection.start_tick > next_tick) {

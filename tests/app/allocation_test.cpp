@@ -68,7 +68,7 @@ TEST(Allocations, AndPageFaultsAreNoneInTenThousandTicksAfterTheStart) {
     rt::PeriodicLoop loop(100'000);
     const std::atomic<bool> stop{false};
     testing::Governor governor(*task);
-    Telemetry drained;
+    Publication drained;
     const long faults_before = rt::ThreadPageFaults();
     const long allocations_before = allocations_of_this_thread;
     loop.Run(stop, [&](const rt::LoopTiming& timing) noexcept {
@@ -96,6 +96,7 @@ std::uint64_t RunAllFaults(SimulationTask& task) {
     request.injection.id = spec.id;
     for (std::size_t i = 0; i < fault::kMostParameters; ++i)
       request.injection.values[i] = spec.parameters[i].preset;
+    if (spec.HasSignal()) request.injection.target = 0;
     request.injection.ramp_ticks = 20;
     request.injection.for_ticks = 100;
     task.PutRequest(request);

@@ -5,19 +5,10 @@
 namespace servohil::app {
 namespace {
 
-TEST(WorstCaseFrameBits, AreThePublishedOnes) {
-  // Davis et al. 2007, after eq. (1): 8 data bytes take 135 bits with 11-bit identifiers, 160 with 29-bit
-  // ones.
-  EXPECT_EQ(WorstCaseFrameBits(8, false), 135);
-  EXPECT_EQ(WorstCaseFrameBits(8, true), 160);
-  EXPECT_EQ(WorstCaseFrameBits(0, false), 55);
-  EXPECT_EQ(WorstCaseFrameBits(0, true), 80);
-}
-
 TEST(BusLoad, AddsUpWhatIsSentAndReceived) {
   const testing::DefaultSetup setup({"publish.relay_ms=0", "publish.safety_ms=0"});
   double bits_per_s = 0.0;
-  const auto loads = setup.contract.BusLoad(10);
+  const auto loads = setup.contract.BusLoad();
   for (const Contract::Load& load : loads) bits_per_s += load.bits_per_s;
   ASSERT_EQ(loads.size(), 4U) << "command, position, pressures, status";
   // Command 4 bytes: 34 + 32 + 13 + floor(65 / 4) = 95 bits each 10 ms; two of 135 each 10 ms, one each 100

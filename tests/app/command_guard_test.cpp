@@ -23,8 +23,8 @@ class Bench {
   }
   V Take(const can::Frame& frame, std::int64_t time_ms = 0, std::int64_t age_ms = 0) {
     CommandRejection why{};
-    const auto command = setup_.contract.DecodeCommand(frame, why);
-    return guard_.Judge(frame, command, why, {time_ms * kMs, age_ms * kMs});
+    const auto demand = setup_.contract.Decode(frame, why);
+    return guard_.Judge(frame, demand, why, {time_ms * kMs, age_ms * kMs, 0});
   }
   can::Frame FrameOf(double p1_psi) const {
     can::Frame frame;
@@ -40,7 +40,8 @@ class Bench {
 
  private:
   const testing::DefaultSetup setup_;
-  const can::Message message_ = can::ReadDbc(setup_.configuration.can.dbc).RequireMessage("GOV_Command");
+  const can::Message message_ =
+      can::ReadDbc(setup_.configuration.can.dbc.front()).RequireMessage("GOV_Command");
   CommandGuard guard_;
 };
 
@@ -67,9 +68,10 @@ TEST(CommandGuard, WhatTheContractRefusesIsCounted) {
   frame = bench.FrameOf(30.0);
   frame.data[3] = 0xFF;  // more than the 300 psi of the DBC
   EXPECT_EQ(bench.Take(frame), V::kOutOfRange);
-  Command not_a_number;
+  Demand not_a_number;
   not_a_number.p1_psi = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(bench.Guard().Judge(bench.FrameOf(0.0), not_a_number, {}, {}), V::kOutOfRange);
+  EXPECT_EQ(bench.Guard().Judge(bench.FrameOf(0.0), not_a_number, CommandRejection::kNone, {}),
+            V::kOutOfRange);
   EXPECT_EQ(bench.Newest().counts.Rejected(), 3U);
 }
 
@@ -95,6 +97,24 @@ TEST(CommandGuard, AFrameOlderThanTwentyMillisecondsIsDiscarded) {
   settings.max_age_ms = 0;
   Bench patient(settings);
   EXPECT_EQ(patient.Take(30.0, 0, 100'000), V::kValid);
+}
+
+TEST(CommandGuard, AWrongP1TakesNothingFromATripButATripThatIsNotIntactIsNone) {
+  Bench bench;
+  Demand trip;
+  trip.trip = true;
+  EXPECT_EQ(bench.Guard().Judge(bench.FrameOf(0.0), trip, CommandRejection::kOutOfRange, {}), V::kOutOfRange);
+  EXPECT_EQ(bench.Newest().trips, 1U);
+  EXPECT_EQ(bench.Guard().Judge(bench.FrameOf(0.0), trip, CommandRejection::kNone, {0, 21 * kMs, 0}),
+            V::kStale);
+  EXPECT_EQ(bench.Newest().trips, 1U);
+  EXPECT_EQ(bench.Take(30.0), V::kValid);
+  EXPECT_EQ(bench.Newest().good, 0U) << "the trip is still on";
+  Demand no_trip;
+  no_trip.trip = false;
+  bench.Guard().TakeCondition(no_trip, {});
+  EXPECT_EQ(bench.Take(30.0), V::kValid);
+  EXPECT_EQ(bench.Newest().good, 1U);
 }
 
 /// What waited in a queue during an outage is read in one go: the old ones are discarded, but are part of the

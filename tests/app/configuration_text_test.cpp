@@ -67,11 +67,18 @@ std::string RandomSetting(const Key& key, std::mt19937_64& random) {
         } else if constexpr (std::is_enum_v<Value>) {
           const auto names = NamesOf(Value{});
           return names[random() % names.size()];
+        } else if constexpr (std::is_same_v<Value, Scale>) {
+          return random() % 2 != 0 ? "[[4.0, 0.1], [20, 300]]" : "[]";
         } else if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
+          if (std::string_view(key.name) == "can.dbc") {
+            return random() % 2 != 0 ? "'" SERVOHIL_CONFIG_DIR "/servohil.dbc'"
+                                     : "['" SERVOHIL_CONFIG_DIR
+                                       "/examples/foreign/governor.dbc', '" SERVOHIL_CONFIG_DIR
+                                       "/servohil.dbc']";
+          }
           return random() % 2 != 0 ? "['auto']" : "['slcan:pty:/tmp/a \"b\" \\c', 'é#\t', 'can1']";
         } else {
-          return std::string_view(key.name) == "can.dbc" ? SERVOHIL_CONFIG_DIR "/servohil.dbc"
-                                                         : SERVOHIL_CONFIG_DIR "/load_curve.csv";
+          return SERVOHIL_CONFIG_DIR "/load_curve.csv";
         }
       },
       key.place);
@@ -119,6 +126,18 @@ TEST(ConfigurationText, NamesEveryKeyOnce) {
   }
 }
 
+TEST(ConfigurationText, HasSeveralDbcFilesAndWhatIsPublished) {
+  const testing::Scratch scratch;
+  const Configuration foreign = LoadConfiguration(SERVOHIL_CONFIG_DIR "/examples/foreign/servohil.toml", {});
+  const RunTexts texts = DescribeConfiguration(foreign);
+  ASSERT_EQ(texts.dbc.size(), 2U);
+  const Configuration again = Again(foreign, scratch / "again");
+  ExpectSame(foreign, again);
+  ASSERT_EQ(again.can.publish.size(), 3U);
+  EXPECT_EQ(ConfigurationToml(again), texts.configuration_toml);
+  EXPECT_EQ(DescribeConfiguration(again).dbc, texts.dbc);
+}
+
 TEST(ConfigurationText, HasItsLoadByDirection) {
   const testing::Scratch scratch;
   std::ofstream(scratch / "closing.csv") << "x3_in,p3_psi\n0.125,0.1\n8,0.30000000000000004\n";
@@ -133,10 +152,12 @@ TEST(ConfigurationHash, TellsTextsApart) {
   // Empty texts: the offset basis, multiplied by the prime once for each of the four zero bytes.
   std::uint64_t four_zeros = 0xCBF2'9CE4'8422'2325U;
   for (int i = 0; i < 4; ++i) four_zeros *= 0x100'0000'01B3U;
-  EXPECT_EQ(ConfigurationHash({}), four_zeros);
+  RunTexts empty;
+  empty.dbc = {""};
+  EXPECT_EQ(ConfigurationHash(empty), four_zeros);
   RecordingAttributes ab;
   ab.configuration_toml += 'a';
-  ab.dbc += 'b';
+  ab.dbc = {"b"};
   RecordingAttributes a_b;
   a_b.configuration_toml.append("ab");
   EXPECT_NE(ConfigurationHash(ab), ConfigurationHash(a_b));

@@ -4,12 +4,11 @@
 #include "servohil/app/configuration.hpp"
 #include "servohil/app/contract.hpp"
 #include "servohil/app/simulation_task.hpp"
-#include "servohil/can/dbc.hpp"
 
 namespace servohil::app::testing {
 
 /// Numbers of the messages that the default configuration publishes.
-enum : std::size_t { kPosition, kPressures, kRelay, kSafety, kStatus, kMessageCount };
+enum : std::size_t { kPosition, kPressures, kRelay, kBus, kSafety, kStatus, kMessageCount };
 
 inline constexpr const char* kConfigurationFile = SERVOHIL_CONFIG_DIR "/servohil.toml";
 
@@ -18,7 +17,7 @@ struct DefaultSetup {
       : configuration(LoadConfiguration(kConfigurationFile, settings)),
         derived(configuration.model),
         start(model::SteadyStateAt(derived, configuration.start_x3_in)),
-        contract(can::ReadDbc(configuration.can.dbc), configuration.publish) {}
+        contract(configuration) {}
 
   TaskOptions Options() const {
     TaskOptions options;

@@ -191,7 +191,7 @@ TEST(Recording, HoldsWhatTheRunDependedOnWhateverItsLength) {
   const Scratch scratch;
   const testing::DefaultSetup setup;
   RecordingAttributes attributes = Attributes(setup);
-  attributes.dbc += "\n" + std::string(1'000'000, '#');  // far beyond the 64 KiB of an object header
+  attributes.dbc.push_back("\n" + std::string(1'000'000, '#'));  // far beyond the 64 KiB of an object header
   attributes.every_ticks = 10;
   Recorder(scratch / "run", attributes, setup.contract).Finish(kEnd);
 

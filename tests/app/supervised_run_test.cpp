@@ -33,7 +33,7 @@ class Directory {
 
 TaskOptions SupervisedOptions(const testing::DefaultSetup& setup) {
   TaskOptions options = setup.Options();
-  options.safety = LawOf(Resolved(setup.configuration.safety, setup.configuration.can.command_cycle_ms));
+  options.safety = LawOf(Resolved(setup.configuration.safety, setup.configuration.can.command.cycle_ms));
   return options;
 }
 

@@ -153,6 +153,63 @@ TEST(Network, AnAdapterPulledOutDoesNotMakeItSpin) {
   EXPECT_EQ(network.Send(Numbered(1)), SendResult::kDisconnected);
 }
 
+BusOptions Modelled(std::uint32_t bit_rate_bit_s, std::size_t queue_length = 16) {
+  BusOptions options;
+  options.model = BusModelSettings{bit_rate_bit_s, queue_length};
+  return options;
+}
+constexpr std::uint32_t kStandsStill = 1;  // bit/s: a frame of 8 bytes takes 135 s
+
+TEST(Network, WithABusModelTheLowestIdentifierGoesFirst) {
+  Network network({"slcan:pty"}, Modelled(kStandsStill));
+  const Client client = Connect(network, 0);
+  for (const std::uint32_t id : {0x7FFU, 0x203U, 0x201U, 0x202U})
+    EXPECT_EQ(network.Send(Numbered(id, id)), SendResult::kSent);
+  EXPECT_FALSE(network.Receive(5));
+  EXPECT_EQ(network.Statistics().sent, 0U) << "all wait";
+  network.Flush();
+  std::string ids;
+  for (int i = 0; i < 4; ++i) ids += client.ReadUntil("\r").substr(1, 3) + ' ';
+  EXPECT_EQ(ids, "7FF 201 202 203 ") << "the first one had the bus for itself";
+  EXPECT_EQ(network.Modelled()->frames, 4U);
+}
+
+TEST(Network, WithABusModelAFullQueueDrops) {
+  Network network({"slcan:pty"}, Modelled(kStandsStill, 2));
+  const Client client = Connect(network, 0);
+  int dropped = 0;
+  for (std::uint32_t i = 0; i < 50; ++i)
+    dropped += network.Send(Numbered(i)) == SendResult::kQueueFull ? 1 : 0;
+  EXPECT_EQ(dropped, 50 - 1 - 2) << "one has the bus, two wait";
+  EXPECT_EQ(network.Modelled()->dropped, 47U);
+  EXPECT_TRUE(network.Modelled()->Failed());
+}
+
+/// In their turn, and only then passed on to the other segments.
+TEST(Network, WithABusModelWhatArrivesIsReceivedWhenItHasPassed) {
+  Network network({"slcan:pty", "slcan:pty"}, Modelled(100'000));
+  const Client one = Connect(network, 0);
+  const Client two = Connect(network, 1);
+  one.Write("t7770\rt1230\rt0010\r");
+  std::string received;
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = network.Receive(kPatienceMs);
+    ASSERT_TRUE(frame);
+    received += frame->id == 0x777 ? "t7770\r" : frame->id == 0x001 ? "t0010\r" : "t1230\r";
+  }
+  EXPECT_EQ(two.ReadUntil("\r") + two.ReadUntil("\r") + two.ReadUntil("\r"), received);
+  EXPECT_EQ(network.Modelled()->frames, 3U);
+}
+
+TEST(Network, AtTheEndWhatWaitsInTheModelGoesOut) {
+  Network network({"slcan:pty"}, Modelled(kStandsStill));
+  const Client client = Connect(network, 0);
+  network.Send(Numbered(1, 0x203));
+  network.Send(Numbered(2, 0x200));
+  network.Flush();
+  EXPECT_EQ(network.Statistics().sent, 2U);
+}
+
 TEST(Network, WhatCannotBeOpenedIsAnError) {
   EXPECT_THROW(Network({"slcan:pty", "nonsense"}, BusOptions{}), UsageError);
 }

@@ -94,6 +94,35 @@ TEST(SlcanSerial, TalksToOurOwnAdapter) {
   EXPECT_EQ(NumberOf(in[0]), 8U);
 }
 
+/// An adapter that is pulled out and plugged in again: another device by the same name.
+TEST(SlcanSerial, OpensItsDeviceAgainWhenItComesBack) {
+  const std::string link = testing::TempDir() + "adapter" + std::to_string(::getpid());
+  auto adapter = std::make_unique<SlcanAdapter>(link);
+  SlcanSerial serial(link, BusOptions{});
+  PumpUntilState(*adapter, "client connected, channel open");
+  adapter.reset();
+  while (!serial.IsGone()) serial.Receive();
+  EXPECT_EQ(serial.PollFd(), -1);
+  EXPECT_EQ(serial.Send(Numbered(1)), SendResult::kDisconnected);
+  EXPECT_FALSE(serial.Receive());
+  adapter = std::make_unique<SlcanAdapter>(link);
+  while (serial.IsGone()) serial.Receive();
+  PumpUntilState(*adapter, "client connected, channel open");
+  EXPECT_EQ(serial.Send(Numbered(2)), SendResult::kSent);
+  EXPECT_EQ(NumberOf(PumpFrames(*adapter, 1).at(0)), 2U) << "and nothing of before";
+  EXPECT_EQ(adapter->Send(Numbered(3)), SendResult::kSent);
+  EXPECT_EQ(NumberOf(PumpFrames(serial, 1).at(0)), 3U);
+}
+
+TEST(SlcanSerial, IsUsedOnlyWherePhysicalBusesAre) {
+  BusOptions options;
+  options.allow_physical = false;
+  EXPECT_THROW(SlcanSerial("/dev/null", options), UsageError);
+  SlcanAdapter adapter("");
+  const SlcanSerial terminal(adapter.Name().substr(6), options);
+  EXPECT_TRUE(terminal.IsVirtual());
+}
+
 template <typename Error>
 std::string ErrorOf(const std::string& device, std::uint32_t bit_rate) {
   BusOptions options;

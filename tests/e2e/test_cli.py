@@ -206,8 +206,9 @@ def test_load_table_mistakes(configuration, old, new, parts):
 # --- DBC file and bus load -------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("old, new, parts", [
-    ('[0|300] "psi"', '[0|300] "bar"', ["GOV_Command.P1_Demand", '"bar"', 'expected "psi"']),
-    ('[-1|12.107] "in"', '[-1|12.107] "mm"', ["SERVO_Position.X3", '"mm"', 'expected "in"']),
+    ('[0|300] "psi"', '[0|300] "V"', ["GOV_Command.P1_Demand", '"V"', "expected one of psi, bar"]),
+    ('[-1|12.107] "in"', '[-1|12.107] "%"', ["SERVO_Position.X3", '"%"', "expected one of in, mm"]),
+    ('[-1|12.107] "in"', '[-1|12.107] "mm"', ["SERVO_Position.X3", "holds -1 to 12.107 mm", "the stroke of 0 to 8 in"]),
     ("SG_ V3 ", "SG_ Speed ", ["SERVO_Position.Speed", "no quantity of the emulator", "X3, V3, Tick"]),
     ("SG_ P1_Demand ", "SG_ P1_Demnd ", ["P1_Demand", "P1_Demnd"]),
     ("SERVO_Status: 8", "SERVO_Stats: 8", ["SERVO_Status", "SERVO_Stats"]),
@@ -231,7 +232,7 @@ def test_bus_load(configuration):
     """Worst-case bits of a frame of 8 bytes: 135, of 4 bytes: 95. 1000 and 100 a second on 125 kbit/s."""
     fast = settings(can__bit_rate_bit_s=125000, publish__position_ms=1)
     done = run(*RUN, *fast, *settings(publish__pressures_ms=0, publish__relay_ms=0, publish__status_ms=0,
-                                      publish__safety_ms=0, can__command_cycle_ms=1), status=USAGE)
+                                      publish__safety_ms=0, can__command__cycle_ms=1), status=USAGE)
     assert done.stderr.count("\n") == 1
     says(done.stderr, "184.0 % of 125000 bit/s", "SERVO_Position every 1 ms", "publish.*_ms")
 

@@ -334,14 +334,30 @@ def test_status_agrees_with_the_bus(start, connect, path):
 @pytest.mark.parametrize("words, says", [
     (("inject", "stictoin"), "did you mean stiction?"),
     (("inject", "stiction", "psj=5"), "did you mean psi?"),
-    (("inject", "stiction", "psi=401"), "psi = 401.0: must be a number from 0 to 400 psi"),
+    (("inject", "stiction", "psi=401"), "psi = 401: must be a number from 0 to 400 psi"),
     (("inject", "stiction", "psi=-1"), "from 0 to 400 psi"),
-    (("inject", "stiction", "psi"), "NAME=NUMBER"),
-    (("inject", "stiction", "psi=5psi"), "NAME=NUMBER"),
+    (("inject", "stiction", "psi"), "NAME=VALUE"),
+    (("inject", "stiction", "psi=5psi"), "psi = 5psi: must be a number from 0 to 400 psi"),
     (("inject", "stiction", "psi=nan"), "psi"),
     (("inject", "stiction", "ramp_s=-1"), "ramp_s"),
-    (("inject", "stiction", "fraction=0.1"), "stiction has no parameter fraction; it has psi, at_s, ramp_s, for_s"),
+    (("inject", "stiction", "fraction=0.1"), "stiction has no parameter fraction; there are psi, at_s, ramp_s"),
     (("inject", "stabilizer_isolated"), "UNSUPPORTED: stabilizer_isolated: stabilizer.enabled is false"),
+    (("inject", "sensor_offset"), "signal is missing"),
+    (("inject", "sensor_offset", "signal=x4_inch"), "there is no quantity x4_inch; did you mean x4_in?"),
+    (("inject", "tx_lost", "message=SERVO_Positon"), "did you mean SERVO_Position?"),
+    (("inject", "tx_lost", "signal=x3"), "tx_lost has no parameter signal; there are probability, message, seed"),
+    (("inject", "stiction", "--when", "x3 >"), "expected QUANTITY > NUMBER"),
+    (("inject", "stiction", "--when", "x3_im > 5"), "there is no quantity x3_im; did you mean x3_in?"),
+    (("inject", "stiction", "--when", "late_ticks > 5"), "late_ticks is the machine's doing"),
+    (("inject", "stiction", "--when-frame", "0x20000000"), "from 0 to 0x1FFFFFFF"),
+    (("inject", "stiction", "--when-fault", "coldoil"), "did you mean cold_oil?"),
+    (("inject", "stiction", "--when", "x3 > 5", "--when-frame", "1"), "only one of when, when_frame and when_fault"),
+    (("inject", "stiction", "--duty", "0.5"), "duty: needs every_s"),
+    (("inject", "stiction", "--every", "1", "--duty", "1.5"), "duty = 1.5: must be a number from 0 to 1"),
+    (("inject", "stiction", "--every", "1", "ramp_out_s=0.6"), "each pulse and its ramp out must fit into it"),
+    (("inject", "stiction", "--times", "3"), "times: needs every_s"),
+    (("inject", "counter_stuck"), "UNSUPPORTED: counter_stuck: no published message has a counter and a checksum"),
+    (("clear", "sensor_offset", "signal=x9"), "there is no quantity x9"),
     (("clear", "stictoin"), "did you mean stiction?"),
     (("clear",), "--all"),
     (("clear", "stiction", "--all"), "--all"),
@@ -441,7 +457,7 @@ def test_cleared_faults_leave_no_trace(start, connect, path):
     def inject_and_clear_all(control):
         for one in control.ask("catalogue")["catalogue"]:
             if not one["unsupported"]:
-                control.inject(one["fault"])
+                control.inject(one["fault"], **({"signal": "x3"} if "signal" in one["common"] else {}))
                 if len(control.ask("faults")["faults"]) == 8:
                     control.clear()
         control.clear()

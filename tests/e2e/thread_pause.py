@@ -44,4 +44,7 @@ def paused(process, name, at_work=False):
     try:
         yield
     finally:
-        _ptrace(_DETACH, thread)
+        try:
+            _ptrace(_DETACH, thread)
+        except ProcessLookupError:
+            os.waitpid(thread, _ALL_THREADS)  # killed meanwhile: its process ends when this is known

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -137,6 +138,20 @@ TEST(Catalogue, AFaultLeavesTheParametersWhereAConfigurationMayHaveThem) {
       }
     }
   }
+}
+
+TEST(FaultDocument, HasAPictureOfEachFault) {
+  const std::filesystem::path pictures = SERVOHIL_SOURCE_DIR "/.github/pictures/faults";
+  std::set<std::string> drawn;
+  std::uintmax_t bytes = 0;
+  for (const auto& file : std::filesystem::directory_iterator(pictures)) {
+    drawn.insert(file.path().stem());
+    bytes += file.file_size();
+  }
+  std::set<std::string> expected;
+  for (const Spec& spec : Catalogue()) expected.insert(spec.name);
+  EXPECT_EQ(drawn, expected) << "tools/draw_faults.py";
+  EXPECT_LT(bytes, 1'500'000U);
 }
 
 TEST(FaultDocument, IsWhatTheCatalogueSays) {

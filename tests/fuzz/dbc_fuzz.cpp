@@ -29,6 +29,6 @@ void UseEverySignal(const servohil::can::Database& database) {
 }  // namespace
 
 int FuzzOne(std::string_view text) {
-  RequireOneLine([&] { UseEverySignal(servohil::can::ParseDbc(text, "fuzz.dbc")); });
+  RequireReadableErrors([&] { UseEverySignal(servohil::can::ParseDbc(text, "fuzz.dbc")); });
   return 0;
 }

@@ -32,13 +32,14 @@ servohil::can::Frame FrameOf(std::string_view bytes, std::uint32_t command_id) {
 }  // namespace
 
 int FuzzOne(std::string_view bytes) {
-  static const Contract contract(servohil::can::ReadDbc(SERVOHIL_CONFIG_DIR "/servohil.dbc"), {});
-  const servohil::can::Frame frame = FrameOf(bytes, contract.CommandId());
+  static const Contract contract(servohil::app::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {}));
+  const servohil::can::Frame frame = FrameOf(bytes, contract.CommandMessage().id);
   servohil::app::CommandRejection rejection{};
-  const auto command = contract.DecodeCommand(frame, rejection);
-  if (command) {
-    Require(frame.id == contract.CommandId() && !frame.remote, "only the command's own frame is a command");
-    Require(command->p1_psi >= 0.0 && command->p1_psi <= 300.0, "P1 is within its range");
+  const auto command = contract.Decode(frame, rejection);
+  if (command && command->p1_psi) {
+    Require(frame.id == contract.CommandMessage().id && !frame.remote,
+            "only the command's own frame is a command");
+    Require(*command->p1_psi >= 0.0 && *command->p1_psi <= 300.0, "P1 is within its range");
   }
   return 0;
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 #include <string_view>
 
 #include "servohil/error.hpp"
@@ -24,13 +25,13 @@ inline void Require(bool condition, const char* what) {
   std::abort();
 }
 
-/// Nothing but the error that a user is told, in one line, may come out of it.
+/// Nothing but the error that a user is told may come out of it: a line for each mistake, none of them empty.
 template <typename Act>
-void RequireOneLine(Act&& act) {
+void RequireReadableErrors(Act&& act) {
   try {
     act();
   } catch (const servohil::UsageError& error) {
-    const std::string_view text = error.what();
-    Require(!text.empty() && text.find('\n') == std::string_view::npos, "an error is one line");
+    const std::string text = '\n' + std::string(error.what()) + '\n';
+    Require(text.find("\n\n") == std::string::npos, "no line of an error is empty");
   }
 }

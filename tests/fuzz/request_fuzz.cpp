@@ -28,7 +28,7 @@ int FuzzOne(std::string_view line) {
   constexpr std::size_t kLongestLine = 4'096;
   if (line.size() > kLongestLine || line.find('\n') != std::string_view::npos) return -1;
   static const servohil::model::Parameters unfaulted;
-  static const control::Permissions permissions{&unfaulted, true, {}};
+  static const control::Permissions permissions{{{&unfaulted}, nullptr}, true, {}};
   const control::RequestLine understood = control::Understand(line, permissions);
   if (const Request* request = std::get_if<Request>(&understood.asks)) RequireSound(*request);
   const nlohmann::json* answer = std::get_if<nlohmann::json>(&understood.asks);

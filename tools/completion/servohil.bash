@@ -17,7 +17,7 @@ _servohil() {
   local current=${COMP_WORDS[COMP_CWORD]} command=${COMP_WORDS[1]} words=""
   COMPREPLY=()
   if ((COMP_CWORD == 1)); then
-    words="run simulate replay steady linear thesis check fault status --help --version"
+    words="run simulate replay steady linear thesis check dbc fault status --help --version"
   elif [[ $current == -* ]]; then
     if [[ $command == fault ]]; then words=$(_servohil_options fault "${COMP_WORDS[2]}")
     else words=$(_servohil_options "$command"); fi

@@ -54,8 +54,9 @@ class Configuration:
         return self._settings.get(key, self._keys.get(section, {}).get(name, default))
 
     def dbc(self):
-        """A relative name counts from the configuration's folder, as the program has it."""
-        return (self.file.parent / self.get("can.dbc", "servohil.dbc")).resolve()
+        """A relative name counts from the configuration's folder, as the program has it; of several the first."""
+        files = self.get("can.dbc", "servohil.dbc")
+        return (self.file.parent / (files[0] if isinstance(files, list) else files)).resolve()
 
     def published(self):
         """Names of the messages that are sent, in the order of an answer in lockstep."""

@@ -4,12 +4,14 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include "servohil/app/contract_settings.hpp"
 #include "servohil/app/safety_settings.hpp"
 #include "servohil/model/parameters.hpp"
 
@@ -32,6 +34,7 @@ enum class Armed : std::uint8_t { kAuto, kYes, kNo };
 
 struct FaultSettings {
   Armed armed = Armed::kAuto;  ///< kAuto: where no bus is physical
+  bool allow_can = false;      ///< FAULT_Request frames are followed, where faults are armed
 };
 
 struct LockstepSettings {
@@ -40,11 +43,21 @@ struct LockstepSettings {
 };
 
 struct CanSettings {
-  std::string dbc = "servohil.dbc";
+  std::vector<std::string> dbc = {"servohil.dbc"};
   std::vector<std::string> buses = {"auto"};
   std::vector<std::string> interfaces = {"vcan0", "can0"};
   int bit_rate_bit_s = 500'000;
-  int command_cycle_ms = 10;  ///< expected of the governor; for the bus load
+  int data_bit_rate_bit_s = 2'000'000;  ///< of CAN FD frames with bit-rate switch
+  bool allow_physical = false;
+  bool configure = false;  ///< sets up kernel interfaces at the start
+  double sample_point = 0.875;
+  int restart_ms = 100;  ///< of the kernel, after bus-off; 0: the emulator restarts, by the two below
+  int backoff_ms = 100;
+  int most_backoff_ms = 10'000;
+  int queue_length = 16;
+  int emulate_bit_rate_bit_s = 0;  ///< 0: not emulated
+  CommandSettings command;
+  std::vector<MessageSettings> publish;  ///< empty: servohil's own messages, PublishSettings
 };
 
 /// Cycle times of the published messages [ms]; 0: not sent.
@@ -54,6 +67,7 @@ struct PublishSettings {
   int relay_ms = 100;
   int status_ms = 100;
   int safety_ms = 100;
+  int bus_ms = 1000;
 };
 
 struct Configuration {
@@ -67,15 +81,23 @@ struct Configuration {
   SafetySettings safety;
   CanSettings can;
   PublishSettings publish;
+  std::map<std::string, std::string> places;  ///< key → "FILE:LINE" or "--set KEY=VALUE", where one set it
+
+  /// Where a key was set; "default": nowhere.
+  std::string PlaceOf(const std::string& key) const {
+    const auto place = places.find(key);
+    return place == places.end() ? "default" : place->second;
+  }
 };
 
 /// Where a key's value lives in a Configuration.
-using Place =
-    std::variant<double& (*)(Configuration&), int& (*)(Configuration&), bool& (*)(Configuration&),
-                 std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
-                 model::Physics& (*)(Configuration&), model::OilName& (*)(Configuration&),
-                 model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&),
-                 Overrun& (*)(Configuration&), Armed& (*)(Configuration&), OnLoss& (*)(Configuration&)>;
+using Place = std::variant<double& (*)(Configuration&), int& (*)(Configuration&), bool& (*)(Configuration&),
+                           std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
+                           model::Physics& (*)(Configuration&), model::OilName& (*)(Configuration&),
+                           model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&),
+                           Overrun& (*)(Configuration&), Armed& (*)(Configuration&),
+                           Scale& (*)(Configuration&), OnLoss& (*)(Configuration&),
+                           can::E2eProfile& (*)(Configuration&), can::DataIdMode& (*)(Configuration&)>;
 
 struct Key {
   const char* name;  ///< "servo.underlap_in"

@@ -1,5 +1,5 @@
 #pragma once
-/// The DBC file bound to the emulator's quantities: which frame carries the command, and what goes into which
+/// The DBC files bound to the emulator's quantities: which frames carry the command, and what goes into which
 /// signal of the published ones. No id, scale or offset is compiled in.
 
 #include <array>
@@ -15,35 +15,112 @@
 #include "servohil/app/publication.hpp"
 #include "servohil/app/quantity.hpp"
 #include "servohil/app/telemetry.hpp"
+#include "servohil/app/unit.hpp"
 #include "servohil/can/dbc.hpp"
+#include "servohil/can/e2e.hpp"
 #include "servohil/can/frame.hpp"
+#include "servohil/can/id_pattern.hpp"
 
 namespace servohil::app {
 
-/// Why a frame is not a command.
+/// Why a frame says nothing.
 enum class CommandRejection : std::uint8_t {
-  kUnknownId,   ///< somebody else's frame: counted, never an error
+  kNone,
+  kUnknownId,   ///< somebody else's frame, or a multiplexed one with other signals: counted, never an error
   kMalformed,   ///< ours, but too short or a remote frame
   kOutOfRange,  ///< P1 outside the DBC's range, or not a number
 };
 
+/// What one frame of the governor says; empty: it does not carry that.
+struct Demand {
+  std::optional<double> p1_psi;
+  std::optional<bool> enabled;
+  std::optional<bool> trip;
+};
+
+/// `command` with what `demand` says; the rest stays.
+void Merge(const Demand& demand, Command& command) noexcept;
+
+/// A signal that is true or false.
+struct Condition {
+  const can::Signal* signal = nullptr;
+  std::optional<std::int64_t> value;  ///< raw value for true; nothing: any but 0
+};
+
+/// A message of the governor's that the emulator reads.
+struct ReceivedMessage {
+  const can::Database* database = nullptr;
+  const can::Message* message = nullptr;
+  can::IdPattern pattern;
+  int cycle_ms = 0;  ///< expected
+  const can::Signal* p1 = nullptr;
+  Linear p1_to_psi;
+  std::optional<Condition> enable;
+  std::optional<Condition> trip;
+  std::optional<can::E2eLayout> protection;
+};
+
+/// A signal that carries a quantity.
+struct Field {
+  const can::Signal* signal = nullptr;
+  const Quantity* quantity = nullptr;
+  Linear convert;         ///< from the quantity to the signal's physical value
+  int number = 0;         ///< among all fields of the message, 0 to kMostFields - 1
+  bool measured = false;  ///< a position, velocity or pressure: saturation is told
+};
+
+/// One frame's content. A multiplexed message has several: one for each value of its multiplexer.
+struct Page {
+  std::optional<std::int64_t> selected_by;
+  std::array<std::uint8_t, 64>
+      constants{};  ///< what is in no field: start values, constants, the multiplexer
+  std::vector<Field> fields;
+};
+
+/// A message that the emulator publishes.
+struct PublishedMessage {
+  const can::Database* database = nullptr;
+  const can::Message* message = nullptr;
+  int cycle_ms = 0;
+  bool on_change = false;
+  std::vector<Page> pages;  ///< sent in turn, one each cycle
+  std::optional<can::E2eLayout> protection;
+};
+
+/// Some of a message's fields, by number.
+using FieldSet = std::uint64_t;
+inline constexpr int kMostFields = 64;
+
 class Contract {
  public:
-  /// @throws UsageError naming file, line, and what is missing or of another unit
-  Contract(can::Database database, const PublishSettings& publish);
+  /// @throws UsageError naming file and line, of the DBC and of the configuration, and what would be right
+  Contract(can::Databases databases, const Configuration& configuration);
+  /// The same with the DBC files that the configuration names.
+  explicit Contract(const Configuration& configuration);
 
-  /// Identifier of the command frame.
-  std::uint32_t CommandId() const noexcept { return command_->id; }
-  bool CommandIsExtended() const noexcept { return command_->extended; }
-  /// Command in `frame`; else `rejection` tells why not.
-  std::optional<Command> DecodeCommand(const can::Frame& frame, CommandRejection& rejection) const noexcept;
+  /// What the governor sends, the message with P1 first.
+  std::span<const ReceivedMessage> IncomingMessages() const noexcept { return incoming_; }
+  /// That message.
+  const can::Message& CommandMessage() const noexcept { return *incoming_.front().message; }
+  /// Whether the frame has that message's identifier. Real-time safe.
+  bool IsCommand(const can::Frame& frame) const noexcept {
+    return !frame.error && incoming_.front().pattern.Matches(frame.id, frame.extended);
+  }
+  /// Identifiers to receive.
+  std::vector<can::WantedId> Wanted() const;
+  /// What `frame` says. `rejection` tells why it says nothing, or why the P1 in it does not count.
+  /// Real-time safe.
+  std::optional<Demand> Decode(const can::Frame& frame, CommandRejection& rejection) const noexcept;
 
-  /// Frame of one published message. Values that its signals cannot hold saturate; what is not available has
-  /// all bits of its field 1.
-  can::Frame Encode(std::size_t message, const Telemetry& telemetry,
-                    const Measured& measured = {}) const noexcept;
+  /// Frame of one published message; `turn` counts its frames: multiplexed ones send their pages in turn.
+  /// Values that its signals cannot hold saturate; `saturated` tells which of the measured ones did
+  /// (positions, velocities, pressures; counters and times do so by design). What is not available has all
+  /// bits of its field 1. Real-time safe.
+  can::Frame Encode(std::size_t message, const Telemetry& telemetry, const Measured& measured = {},
+                    std::uint64_t turn = 0, FieldSet* saturated = nullptr) const noexcept;
 
-  /// How many messages are published, at most kMostMessages: numbers 0 to MessageCount() - 1.
+  /// What is published, at most kMostMessages, by number.
+  std::span<const PublishedMessage> OutgoingMessages() const noexcept { return outgoing_; }
   std::size_t MessageCount() const noexcept { return outgoing_.size(); }
   /// Layout of one published message.
   const can::Message& MessageOf(std::size_t message) const noexcept { return *outgoing_[message].message; }
@@ -58,33 +135,15 @@ class Contract {
   struct Load {
     std::string message;
     int cycle_ms = 0;
-    double bits_per_s = 0.0;  ///< at worst-case bit stuffing
+    double bits_per_s = 0.0;  ///< at worst-case bit stuffing, in bits at the nominal rate
   };
-  std::vector<Load> BusLoad(int command_cycle_ms) const;
+  std::vector<Load> BusLoad() const;
 
  private:
-  struct Field {
-    const can::Signal* signal;
-    const Quantity* quantity;
-  };
-  struct Outgoing {
-    const can::Message* message = nullptr;
-    std::vector<Field> fields;
-    int cycle_ms = 0;
-  };
-
-  void Publish(const can::Message& message, int cycle_ms, std::span<const char* const> quantities);
-
-  can::Database database_;
-  const can::Message* command_;
-  const can::Signal* p1_demand_;
-  std::vector<Outgoing> outgoing_;
+  can::Databases databases_;
+  std::vector<ReceivedMessage> incoming_;
+  std::vector<PublishedMessage> outgoing_;
+  double data_rate_ratio_ = 1.0;  ///< nominal to data bit rate of CAN FD
 };
-
-/// Longest time on the bus, in bits, of a classical frame with `size_bytes` of data: worst-case stuffing and
-/// interframe space included. Davis, Burns, Bril, Lukkien, "Controller Area Network schedulability analysis",
-/// Real-Time Systems 35 (2007), eq. (1): g + 8s + 13 + floor((g + 8s - 1)/4), g = 34 (standard) or 54
-/// (extended).
-int WorstCaseFrameBits(int size_bytes, bool extended) noexcept;
 
 }  // namespace servohil::app

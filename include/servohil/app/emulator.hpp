@@ -16,6 +16,8 @@
 #include <thread>
 
 #include "servohil/app/contract.hpp"
+#include "servohil/app/fault_port.hpp"
+#include "servohil/app/lockstep_bus.hpp"
 #include "servohil/app/receiver.hpp"
 #include "servohil/app/sender.hpp"
 #include "servohil/app/simulation_task.hpp"
@@ -40,9 +42,12 @@ struct EmulatorOptions {
   TaskOptions task;
   Clock clock = Clock::kReal;  ///< kReal or kLockstep
   LockstepSettings lockstep;
-  SafetySettings safety;                   ///< Resolved()
-  int command_cycle_ms = 10;               ///< of the governor
-  RealTime real_time = RealTime::kPrefer;  ///< of no importance in lockstep
+  SafetySettings safety;                              ///< Resolved()
+  int command_cycle_ms = 10;                          ///< of the governor
+  int max_counter_jump = 1;                           ///< of protected commands
+  std::optional<can::BusModelSettings> lockstep_bus;  ///< in lockstep, frames take their time and turn
+  RealTime real_time = RealTime::kPrefer;             ///< of no importance in lockstep
+  FaultPort* fault_port = nullptr;  ///< faults over CAN; must outlive the emulator; none: not allowed
 };
 
 class Emulator {
@@ -74,7 +79,16 @@ class Emulator {
   bool TryPopFaultEvent(fault::Event& event) noexcept { return task_->TryPopFaultEvent(event); }
   std::uint64_t SnapshotsRefused() const noexcept { return task_->SnapshotsRefused(); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
+  const Contract& Frames() const noexcept { return contract_; }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
+  bool TakeBusErrors(std::size_t bus, can::ErrorTotals& errors) noexcept {
+    return receiver_->TakeErrors(bus, errors);
+  }
+  std::uint64_t Conflicts(std::size_t bus) const noexcept { return receiver_->Conflicts(bus); }
+  /// Of the bus model, where there is one; in lockstep after Stop().
+  std::optional<can::BusModelStatistics> ModelledBus() const noexcept;
+  /// For the messages that tell it.
+  void PutBusCondition(const can::BusCondition& condition) noexcept { sender_->PutBusCondition(condition); }
   const SendCounters& Sent() const noexcept { return sender_->Counters(); }
   const rt::LatencyHistogram& ArrivalToTick() const noexcept { return task_->ArrivalToTick(); }
   const rt::LatencyHistogram& ArrivalToFrame() const noexcept { return sender_->ArrivalToFrame(); }
@@ -98,16 +112,25 @@ class Emulator {
   void RunReceiver();
   void RunSender();
   void RunLockstep();
-  bool IsSync(const can::Frame& frame) const noexcept;
+  void RunModelledLockstep();
+  /// Receiver: what a FAULT_Request frame asks.
+  void TakeFaultRequest(const can::Frame& frame) noexcept;
+  /// Sender: FAULT_Response frames.
+  void SendFaultResponses() noexcept;
+  void SendFaultResponse(const can::Frame& frame) noexcept;
+  bool IsSilence(std::uint64_t valid_before) const noexcept;
+  bool LetsTimePass(const can::Frame& frame, bool is_command) const noexcept;
   /// Sets up the calling thread, then waits for the start.
   void BeReady(const char* name, int priority, int cpu);
   void Finish() noexcept;
 
+  const Contract& contract_;
   can::Network& network_;
   EmulatorOptions options_;
   std::unique_ptr<SimulationTask> task_;
   std::unique_ptr<Receiver> receiver_;
   std::unique_ptr<Sender> sender_;
+  std::optional<LockstepBus> lockstep_bus_;
   rt::PeriodicLoop loop_;
   std::int64_t first_deadline_ns_ = 0;
   long loop_page_faults_ = 0;

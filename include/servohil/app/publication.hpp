@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "servohil/app/quantity.hpp"
 #include "servohil/app/telemetry.hpp"
@@ -15,12 +16,13 @@ inline constexpr std::size_t kMostQuantities = 64;
 
 /// What the sensors say. Not a number: not available; infinite: as much as the signal can say.
 struct Measured {
-  bool is_truth = true;                          ///< no sensor fault acts: `values` are not set
+  std::uint64_t changed = 0;  ///< bit i: quantity i is not what it is in truth, but values[i]
   std::array<double, kMostQuantities> values{};  ///< in the order of Quantities()
 
   /// @param truth  what is measured
   double Of(const Quantity& quantity, const Telemetry& truth) const noexcept {
-    return is_truth ? quantity.value(truth) : values[IndexOf(quantity)];
+    const std::size_t i = IndexOf(quantity);
+    return (changed >> i & 1U) != 0 ? values[i] : quantity.value(truth);
   }
 };
 

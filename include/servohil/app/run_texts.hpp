@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "servohil/app/configuration.hpp"
 
@@ -12,7 +13,7 @@ namespace servohil::app {
 
 struct RunTexts {
   std::string configuration_toml;  ///< ConfigurationToml()
-  std::string dbc;                 ///< the files' text
+  std::vector<std::string> dbc;    ///< text of each file
   std::string load_csv;
   std::string load_closing_csv;  ///< empty: one curve for both directions
 };
@@ -21,15 +22,15 @@ struct RunTexts {
 /// K.-P. Vo, D. Eastlake, "The FNV Non-Cryptographic Hash Algorithm", draft-eastlake-fnv.
 std::uint64_t Fnv1a(std::string_view text, std::uint64_t hash = 0xCBF2'9CE4'8422'2325U) noexcept;
 
-/// Fnv1a over configuration, DBC and both load tables, each followed by a zero byte. Runs of the same hash
-/// had the same model and the same contract.
+/// Fnv1a over configuration, DBC files and both load tables, each followed by a zero byte. Runs of the same
+/// hash had the same model and the same contract.
 std::uint64_t ConfigurationHash(const RunTexts& texts);
 
 /// The configuration with the files that it names, as they are now.
 /// @throws UsageError when one of them cannot be read
 RunTexts DescribeConfiguration(const Configuration& configuration);
 
-/// Lays out servohil.toml, load_curve.csv, load_closing.csv (where there is one) and servohil.dbc in
+/// Lays out servohil.toml, load_curve.csv, load_closing.csv (where there is one) and the DBC files in
 /// `directory`, which is created: LoadConfiguration(directory / "servohil.toml", ...) gives the same one.
 /// @return the path of servohil.toml
 /// @throws EnvironmentError when a file cannot be written

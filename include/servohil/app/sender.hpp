@@ -1,10 +1,12 @@
 #pragma once
 /// Frames out.
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "servohil/app/contract.hpp"
@@ -13,6 +15,7 @@
 #include "servohil/app/simulation_task.hpp"
 #include "servohil/can/network.hpp"
 #include "servohil/rt/latency_histogram.hpp"
+#include "servohil/rt/mailbox.hpp"
 
 namespace servohil::app {
 
@@ -23,6 +26,10 @@ struct SendCounters {
   std::atomic<std::uint64_t> superseded{0};  ///< not sent because a newer state was already there
   std::atomic<std::uint64_t> faulted{0};     ///< kept from the bus by an injected fault
   std::atomic<std::uint64_t> babbled{0};     ///< sent by faults alone: nonsense and error frames
+  std::atomic<std::uint64_t> unchanged{0};   ///< not sent because the message is sent on change
+  /// Of each message: frames in which a measured value was more than its signal holds, and those signals.
+  std::array<std::atomic<std::uint64_t>, kMostMessages> saturated{};
+  std::array<std::atomic<FieldSet>, kMostMessages> saturated_fields{};
 };
 
 /// One thread.
@@ -35,22 +42,34 @@ class Sender {
         network_(network),
         recorder_(recorder),
         waiting_(contract.MessageCount()),
+        written_(contract.MessageCount()),
         reflect_command_(contract.MessagesCarrying("x3_in")),
         tell_lateness_(contract.MessagesCarrying("recent_lateness_ms")),
-        tell_mode_(contract.MessagesCarrying("mode")) {}
+        tell_mode_(contract.MessagesCarrying("mode")),
+        tell_bus_(contract.MessagesCarrying("bus_state")) {
+    for (std::size_t i = 0; i < written_.size(); ++i)
+      written_[i].newest.resize(contract.OutgoingMessages()[i].pages.size());
+  }
 
   /// Real time: of several states that wait, only the newest of each message is sent, and no two closer than
   /// half its cycle: after a delay the bus gets the present, not a burst of the past.
   void SendDue() noexcept { SendWaiting(false); }
+  /// The sender's thread: all that was due up to this tick has been sent.
+  bool IsDoneUpTo(std::uint64_t tick) const noexcept {
+    return nothing_waits_ && newest_.telemetry.sample.tick >= tick;
+  }
   /// The same at the end: whatever waits, at once.
   void SendRest() noexcept { SendWaiting(true); }
 
-  /// Lockstep, by the thread that runs the ticks: every message, with the state now; a full queue is waited
-  /// for until `stop`.
-  void SendAll(const std::atomic<bool>& stop) noexcept;
+  /// Lockstep, by the thread that runs the ticks: every message in this order, with the state now; a full
+  /// queue is waited for until `stop`.
+  void SendAll(const std::atomic<bool>& stop, std::span<const std::size_t> order) noexcept;
 
   /// Every message that carries the mode, which is STOPPED.
   void SendStopped() noexcept;
+
+  /// Any one thread: how the bus is. Messages that tell its state are sent at each change of it.
+  void PutBusCondition(const can::BusCondition& condition) noexcept { conditions_.Put(condition); }
 
   /// Any thread.
   const SendCounters& Counters() const noexcept { return counters_; }
@@ -67,8 +86,11 @@ class Sender {
 
   void SendWaiting(bool at_once) noexcept;
   void TakePublication(const Publication& publication) noexcept;
+  void TakeBusCondition() noexcept;
+  /// The message's next frame; nothing: it is sent on change, and nothing has changed.
+  std::optional<can::Frame> Next(std::size_t message, const Publication& publication) noexcept;
   /// What faults make of it.
-  void Send(std::size_t message, const Publication& publication) noexcept;
+  void Send(std::size_t message, Publication& publication) noexcept;
   void Transmit(const Outgoing& outgoing) noexcept;
   can::SendResult Try(const can::Frame& frame) noexcept;
   void Account(const Outgoing& outgoing, can::SendResult result) noexcept;
@@ -87,10 +109,21 @@ class Sender {
     Publication publication;
     std::optional<Outgoing> overtaken;  ///< to be sent after the next one
   };
+  /// What has been written of a message.
+  struct Written {
+    std::uint64_t turn = 0;                         ///< frames that were due: says which page comes
+    std::vector<std::optional<can::Frame>> newest;  ///< of each page
+  };
   std::vector<Waiting> waiting_;      ///< of each message
+  std::vector<Written> written_;      ///< of each message
   const MessageSet reflect_command_;  ///< carry the position
   const MessageSet tell_lateness_;
   const MessageSet tell_mode_;
+  const MessageSet tell_bus_;
+  rt::Mailbox<can::BusCondition> conditions_;
+  can::BusCondition bus_;
+  Publication newest_;
+  bool nothing_waits_ = true;         ///< after the last look
   std::int64_t last_arrival_ns_ = 0;  ///< of the newest command that was reflected
   rt::LatencyHistogram arrival_to_frame_;
   SendCounters counters_;

@@ -90,6 +90,11 @@ class SimulationTask {
   /// Any thread: ticks that have passed, those of a frozen simulation included. Real-time safe.
   std::uint64_t Clock() const noexcept { return clock_.load(std::memory_order_relaxed); }
 
+  /// The receiver: what FAULT_Request frames ask, in order. @return false: too many wait. Real-time safe.
+  bool PutBusRequest(const Request& request) noexcept { return bus_requests_.TryPush(request); }
+  /// The sender: the answers, in order. Real-time safe.
+  bool TryPopBusAnswer(Answer& answer) noexcept { return bus_answers_.TryPop(answer); }
+
   /// The thread that runs the ticks, between them: follows what is asked, with effect from the next tick on.
   /// Run() does so itself before each tick. Real-time safe.
   void ServeRequests() noexcept;
@@ -183,6 +188,8 @@ class SimulationTask {
   rt::Ring<Snapshot, 16> snapshots_;
   rt::Ring<Request, 64> requests_;
   rt::Ring<Answer, 64> answers_;
+  rt::Ring<Request, 64> bus_requests_;
+  rt::Ring<Answer, 64> bus_answers_;
   rt::Mailbox<fault::Schedule> faults_;
   rt::Mailbox<fault::Schedule> faults_of_receiver_;
   rt::Mailbox<fault::Schedule> faults_of_sender_;

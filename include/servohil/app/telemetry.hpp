@@ -6,6 +6,7 @@
 
 #include "servohil/app/safety.hpp"
 #include "servohil/app/sample.hpp"
+#include "servohil/can/bus_condition.hpp"
 #include "servohil/model/servomotor.hpp"
 
 namespace servohil::app {
@@ -14,10 +15,10 @@ namespace servohil::app {
 /// newest still knows how many there were.
 struct Command {
   double p1_psi = 0.0;
+  bool enabled = true;  ///< can.command.enable; always where there is none
+  bool trip = false;    ///< can.command.trip
   std::int64_t arrival_ns =
       0;                   ///< CLOCK_MONOTONIC, by the kernel's receive stamp where there is one; 0: unknown
-  bool enabled = true;     ///< its enable signal, where there is one
-  bool trip = false;       ///< its trip signal, where there is one
   FrameCounts counts;      ///< of all frames so far
   std::uint64_t good = 0;  ///< valid, enabled, without trip, so far
   std::uint64_t good_in_a_row = 0;  ///< since the last that was not
@@ -82,6 +83,7 @@ struct Telemetry {
   Status status;
   model::Outputs outputs{};  ///< at a tick where something is due, and after the last of a run of ticks
   MessageSet due = 0;        ///< messages whose cycle ends at this tick
+  can::BusCondition bus;     ///< filled in by the sender
 };
 
 }  // namespace servohil::app

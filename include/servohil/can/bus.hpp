@@ -6,6 +6,8 @@
 ///   bus;
 ///                          LINK is a symbolic link to it, for a name that stays the same
 ///   slcan:/dev/ttyACM0     a real serial CAN adapter
+///
+/// A bus that real machines may be on (whatever is not vcan, vxcan or a pseudo-terminal) is physical.
 
 #include <cstdint>
 #include <memory>
@@ -14,7 +16,9 @@
 #include <string>
 #include <vector>
 
+#include "servohil/can/bus_model.hpp"
 #include "servohil/can/frame.hpp"
+#include "servohil/can/link.hpp"
 
 namespace servohil::can {
 
@@ -26,15 +30,18 @@ struct WantedId {
 };
 
 struct BusOptions {
-  /// Kernel receive filter (socketcan): exactly these data frames, everything when empty. Others pass
-  /// everything.
+  /// Kernel receive filter (socketcan): exactly these data frames, everything when empty. Error frames always
+  /// pass. Others pass everything.
   std::vector<WantedId> wanted;
   std::uint32_t bit_rate_bit_s = 500'000;  ///< told to a real serial adapter (S0..S8)
+  bool allow_physical = true;              ///< else a physical bus is refused
+  std::optional<LinkSettings> configure;   ///< sets up kernel interfaces before they are used
+  std::optional<BusModelSettings> model;   ///< all buses together behave as one real bus; virtual ones only
 };
 
 enum class SendResult : std::uint8_t {
   kSent,
-  kQueueFull,     ///< dropped: transmit queue or terminal buffer full
+  kQueueFull,     ///< dropped: transmit queue or terminal buffer full, or frames stuck in it
   kDisconnected,  ///< dropped: interface down, or no client has opened the channel
 };
 
@@ -47,7 +54,8 @@ struct BusStatistics {
   std::uint64_t dropped_queue_full = 0;
   std::uint64_t dropped_disconnected = 0;
   std::uint64_t receive_overflows = 0;  ///< frames the kernel dropped because we read too slowly
-  std::uint64_t malformed = 0;          ///< input that is not a frame (serial line noise, error frames)
+  std::uint64_t malformed = 0;          ///< input that is not a frame (serial line noise)
+  std::uint64_t error_frames = 0;       ///< delivered by Receive(), not among `received`
 };
 
 /// One thread may call Receive() and PollFd() while another calls Send(); Statistics() and State() may be
@@ -62,6 +70,10 @@ class Bus {
 
   /// "socketcan:vcan0", "slcan:/dev/pts/3": what a user would call it.
   virtual const std::string& Name() const noexcept = 0;
+  /// The kernel's interface behind it; empty where there is none.
+  virtual std::string Interface() const { return {}; }
+  /// An adapter's device has been removed. (Of a kernel's interface, ask the kernel.)
+  virtual bool IsGone() const noexcept { return false; }
   /// How a peer connects, one line; empty where Name() says it all.
   virtual std::string ConnectHint() const { return {}; }
   /// Interface state for people ("up, 500000 bit/s, error-active"), where the transport has one.
@@ -69,13 +81,18 @@ class Bus {
   /// A virtual segment: frames from one of these are passed on to the others, as on one cable.
   virtual bool IsVirtualSegment() const noexcept { return false; }
 
+  /// Why frames with `error` set cannot be sent; null: they can.
+  virtual const char* WhyNoErrorFrames() const noexcept {
+    return "serial CAN adapters (slcan) have no error frames";
+  }
+
   /// Nothing but programs on this machine can be on it.
   virtual bool IsVirtual() const noexcept { return IsVirtualSegment(); }
 
   /// Descriptor to poll for input; -1 while there is nothing to poll (no client, device gone). Receive() then
   /// still may be called, every few milliseconds, and finds a client that has come.
   virtual int PollFd() noexcept = 0;
-  /// Next frame, or nothing when there is none now. Never blocks.
+  /// Next frame, an error frame perhaps, or nothing when there is none now. Never blocks.
   virtual std::optional<Frame> Receive() noexcept = 0;
   /// Never blocks.
   virtual SendResult Send(const Frame& frame) noexcept = 0;
@@ -83,14 +100,19 @@ class Bus {
   virtual BusStatistics Statistics() const noexcept = 0;
 };
 
-/// @throws UsageError for a URL of no known form, EnvironmentError (with the command that helps) when the
-///         interface, device or permission is missing.
+/// @throws UsageError for a URL of no known form, or a physical bus that is not allowed; EnvironmentError
+/// (with
+///         the command that helps) when the interface, device or permission is missing.
 std::unique_ptr<Bus> OpenBus(const std::string& url, const BusOptions& options);
 
 /// Only the form of the URL, "auto" included: opens nothing. @throws UsageError as OpenBus
 void CheckUrl(const std::string& url);
 
-/// What `--can auto` means on this machine: the first of `interfaces` that the kernel has, else "slcan:pty".
-std::string AutomaticUrl(std::span<const std::string> interfaces);
+/// What `--can auto` means on this machine: the first of `interfaces` that the kernel has, physical ones only
+/// where that is allowed, else "slcan:pty".
+std::string AutomaticUrl(std::span<const std::string> interfaces, bool allow_physical = true);
+
+/// "slcan:/dev/ttyACM0 is a physical bus: ..."
+std::string PhysicalRefusal(const std::string& url);
 
 }  // namespace servohil::can

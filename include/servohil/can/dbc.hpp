@@ -49,6 +49,7 @@ struct Message {
   bool extended = false;
   bool fd = false;               ///< CAN FD: VFrameFormat says so, or more than 8 bytes
   bool bit_rate_switch = false;  ///< of CAN FD: CANFD_BRS is "1"
+  bool j1939 = false;            ///< VFrameFormat is J1939PG
   int size_bytes = 0;
   int cycle_ms = 0;  ///< GenMsgCycleTime; 0: not stated
   std::string sender;

@@ -1,5 +1,5 @@
 #pragma once
-/// A classical CAN or CAN FD data frame, independent of any transport.
+/// A classical CAN or CAN FD frame, independent of any transport.
 
 #include <array>
 #include <cstdint>

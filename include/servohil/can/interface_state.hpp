@@ -1,5 +1,5 @@
 #pragma once
-/// What the kernel knows of a CAN interface. Nothing here throws or writes to the standard streams.
+/// What the kernel knows of a CAN interface, in short; link.hpp has the rest.
 
 #include <cstdint>
 #include <optional>
@@ -14,7 +14,7 @@ bool IsCanInterface(const std::string& name) noexcept;
 bool IsInterfaceUp(const std::string& name) noexcept;
 
 /// Nominal bit rate of a real interface that is up; nothing for a virtual one (it has none).
-std::optional<std::uint32_t> InterfaceBitRate(const std::string& name) noexcept;
+std::optional<std::uint32_t> InterfaceBitRate(const std::string& name);
 
 /// For people: "up, 500000 bit/s, error-active", "up, virtual", "down", "gone".
 std::string DescribeInterface(const std::string& name);

@@ -80,6 +80,8 @@ struct Surroundings {
   const char* why_no_error_frames = nullptr;  ///< null: its transports carry them
 };
 
+/// "model.physics = "full""; null: nothing is needed.
+const char* OnlyWith(Needs needs) noexcept;
 /// Why the run does not have what the fault acts on; null where it has. Real-time safe.
 const char* Unsupported(const Spec& spec, const Surroundings& surroundings) noexcept;
 }  // namespace servohil::fault

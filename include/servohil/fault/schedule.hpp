@@ -34,7 +34,7 @@ class Schedule {
   static constexpr std::size_t kMostEvents = 64;
 
   /// One of the same fault and target is replaced. @param next_tick  the first that can feel it
-  /// @return false: there is no room. Real-time safe.
+  /// @return false: there is no room, or no such fault, or no target for a sensor fault. Real-time safe.
   bool Inject(const Injection& injection, std::uint64_t next_tick = 0) noexcept;
   /// Of this fault, on this target or (kEverything) on all. @return how many there were. Real-time safe.
   std::size_t Clear(std::uint8_t id, std::uint8_t target = Injection::kEverything,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "../formatted.hpp"
+#include "servohil/error.hpp"
 #include "servohil/model/step.hpp"
 #include "servohil/nearest_name.hpp"
 
@@ -15,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kMostSeconds = 1e6;
+constexpr std::size_t kMostShown = 60;  // of what somebody else wrote
 
 /// Ends the understanding of a request: its answer.
 struct Refusal {
@@ -31,18 +32,6 @@ std::string Nearest(const std::string& name, const std::vector<std::string>& nam
   return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
-const fault::Spec& RequireFault(const Json& request) {
-  const auto name = request.find("fault");
-  if (name == request.end() || !name->is_string()) Reject("\"fault\" must name a fault");
-  std::vector<std::string> names;
-  for (const fault::Spec& spec : fault::Catalogue()) {
-    if (*name == spec.name) return spec;
-    names.emplace_back(spec.name);
-  }
-  const std::string asked = *name;
-  Reject("there is no fault " + asked.substr(0, 60) + Nearest(asked, names));
-}
-
 double RequireNumber(const std::string& name, const Json& value, double minimum, double maximum,
                      const std::string& unit) {
   if (!value.is_number() || !(value.get<double>() >= minimum && value.get<double>() <= maximum)) {
@@ -53,63 +42,49 @@ double RequireNumber(const std::string& name, const Json& value, double minimum,
   return value.get<double>();
 }
 
-/// The time line's own parameters, which every fault has.
-bool SetTiming(const std::string& name, const Json& value, fault::Injection& injection) {
-  const auto ticks = [&] { return TicksOf(RequireNumber(name, value, 0.0, kMostSeconds, "s")); };
-  if (name == "at_s") {
-    injection.start_tick = ticks() + 1;
-  } else if (name == "ramp_s") {
-    injection.ramp_ticks = ticks();
-  } else if (name == "for_s") {
-    injection.for_ticks = std::max<std::uint64_t>(1, ticks());
-  } else {
-    return false;
-  }
-  return true;
-}
-
-void SetParameter(const fault::Spec& spec, const std::string& name, const Json& value,
-                  fault::Injection& injection) {
-  std::vector<std::string> names = {"at_s", "ramp_s", "for_s"};
-  for (std::size_t i = 0; i < spec.parameters.size() && spec.parameters[i].name != nullptr; ++i) {
-    const fault::ParameterSpec& p = spec.parameters[i];
-    if (name == p.name) {
-      injection.values[i] = RequireNumber(name, value, p.minimum, p.maximum, p.unit);
-      return;
+/// The parameters of a fault; what is neither a number nor a text is refused here.
+Words WordsOf(const Json& request) {
+  const Json parameters = request.value("parameters", Json::object());
+  if (!parameters.is_object()) Reject("\"parameters\" must be an object: {\"NAME\": NUMBER or TEXT, ...}");
+  Words words;
+  for (const auto& [name, value] : parameters.items()) {
+    if (value.is_number()) {
+      words.emplace_back(name, value.get<double>());
+    } else if (value.is_string()) {
+      words.emplace_back(name, value.get<std::string>());
+    } else {
+      Reject(name.substr(0, kMostShown) + ": must be a number or a text");
     }
-    names.insert(names.begin(), p.name);
   }
-  std::string all;
-  for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
-  const std::string nearest = Nearest(name, names);
-  Reject(std::string(spec.name) + " has no parameter " + name.substr(0, 40) +
-         (nearest.empty() ? "; it has " + all : nearest));
+  return words;
 }
 
-Request UnderstandInject(const Json& request, const Permissions& permissions) {
-  const fault::Spec& spec = RequireFault(request);
+std::string FaultOf(const Json& request) {
+  const auto name = request.find("fault");
+  if (name == request.end() || !name->is_string()) Reject("\"fault\" must name a fault");
+  return *name;
+}
+
+Request UnderstandInject(const Json& request, const Permissions& permissions, std::string& warning) {
+  const std::string name = FaultOf(request);
+  RequireFault(name);
   if (!permissions.armed) Reject(permissions.why_not_armed);
-  if (const char* why = fault::Unsupported(spec, *permissions.unfaulted))
-    throw Refusal{{{"result", "UNSUPPORTED"}, {"reason", std::string(spec.name) + ": " + why}}};
   Request understood;
   understood.kind = Request::Kind::kInject;
-  understood.injection.id = spec.id;
-  for (std::size_t i = 0; i < spec.parameters.size(); ++i)
-    understood.injection.values[i] = spec.parameters[i].preset;
-  const Json parameters = request.value("parameters", Json::object());
-  if (!parameters.is_object()) Reject("\"parameters\" must be an object: {\"NAME\": NUMBER, ...}");
-  for (const auto& [name, value] : parameters.items()) {
-    if (!SetTiming(name, value, understood.injection)) SetParameter(spec, name, value, understood.injection);
-  }
+  UnderstoodInjection one = UnderstandInjection(name, WordsOf(request), permissions.faults);
+  understood.injection = one.injection;
+  warning = std::move(one.warning);
   return understood;
 }
 
-Request UnderstandClear(const Json& request) {
+Request UnderstandClear(const Json& request, const Permissions& permissions) {
   Request understood;
   understood.kind = Request::Kind::kClearAll;
   if (!request.contains("fault") || request["fault"].is_null()) return understood;
+  const fault::Spec& spec = RequireFault(FaultOf(request));
   understood.kind = Request::Kind::kClear;
-  understood.injection.id = RequireFault(request).id;
+  understood.injection.id = spec.id;
+  understood.injection.target = UnderstandTarget(spec, WordsOf(request), permissions.faults);
   return understood;
 }
 
@@ -121,12 +96,12 @@ Request UnderstandCommand(const Json& request) {
   return understood;
 }
 
-Understood UnderstandOrThrow(const Json& request, const Permissions& permissions) {
+Understood UnderstandOrThrow(const Json& request, const Permissions& permissions, std::string& warning) {
   if (!request.is_object()) Reject("a request is a JSON object");
   const auto what = request.find("request");
   if (what == request.end() || !what->is_string()) Reject("\"request\" is missing");
-  if (*what == "inject") return UnderstandInject(request, permissions);
-  if (*what == "clear") return UnderstandClear(request);
+  if (*what == "inject") return UnderstandInject(request, permissions, warning);
+  if (*what == "clear") return UnderstandClear(request, permissions);
   if (*what == "command") return UnderstandCommand(request);
   if (*what == "snapshot") {
     Request understood;
@@ -150,9 +125,13 @@ std::string OneLine(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-Understood UnderstandObject(const Json& request, const Permissions& permissions) {
+Understood UnderstandObject(const Json& request, const Permissions& permissions, std::string& warning) {
   try {
-    return UnderstandOrThrow(request, permissions);
+    return UnderstandOrThrow(request, permissions, warning);
+  } catch (const FaultUnsupported& unsupported) {
+    return Json{{"result", "UNSUPPORTED"}, {"reason", unsupported.what()}};
+  } catch (const UsageError& error) {
+    return Rejected(error.what());
   } catch (const Refusal& refusal) {
     return refusal.answer;
   } catch (const Json::exception& error) {
@@ -166,7 +145,9 @@ RequestLine Understand(std::string_view line, const Permissions& permissions) {
   const Json request = Json::parse(line, nullptr, false);
   if (request.is_discarded()) return {"null", Rejected("this line is not JSON")};
   const bool has_id = request.is_object() && request.contains("id");
-  return {has_id ? OneLine(request["id"]) : "null", UnderstandObject(request, permissions)};
+  RequestLine understood{has_id ? OneLine(request["id"]) : "null", {}, {}};
+  understood.asks = UnderstandObject(request, permissions, understood.warning);
+  return understood;
 }
 
 std::string AnswerLine(const std::string& id, const Json& answer) {
@@ -184,6 +165,8 @@ Json ToJson(const Answer& answer) {
                                 fault::Schedule::kMostInjections));
     case Answer::Result::kNoSuchFault:
       return Rejected("this fault is not injected");
+    case Answer::Result::kNoSnapshot:
+      return Rejected("a snapshot cannot hold the past that sensor_delayed needs: clear it first");
     case Answer::Result::kFrozen:
       return Rejected("simulated time is frozen (loop.overrun = \"freeze\"): nothing acts any more");
     case Answer::Result::kNotFollowed:
@@ -193,28 +176,46 @@ Json ToJson(const Answer& answer) {
   }
 }
 
-Json FaultsToJson(const fault::Schedule& faults, std::uint64_t tick) {
+namespace {
+
+Json InjectionToJson(const fault::Injection& injection, std::uint64_t tick, const FaultContext& context) {
+  const fault::Spec& spec = *fault::Find(injection.id);
+  Json parameters = Json::object();
+  for (std::size_t i = 0; i < spec.parameters.size() && spec.parameters[i].name != nullptr; ++i)
+    parameters[spec.parameters[i].name] = injection.values[i];
+  if (injection.target != fault::Injection::kEverything)
+    parameters[spec.HasSignal() ? "signal" : "message"] =
+        TargetName(spec, injection.target, context.contract);
+  if (spec.random) parameters["seed"] = injection.seed;
+  const auto seconds_or_null = [](std::uint64_t ticks) {
+    return ticks == 0 ? Json(nullptr) : Json(SecondsOf(ticks));
+  };
+  const std::string trigger = TriggerText(injection.trigger);
+  return {{"fault", spec.name},
+          {"parameters", parameters},
+          {"share", injection.ShareAt(tick)},
+          {"waits", injection.waits},
+          {"trigger", trigger.empty() ? Json(nullptr) : Json(trigger)},
+          {"start_tick", injection.start_tick},
+          {"ramp_s", SecondsOf(injection.ramp_ticks)},
+          {"ramp_out_s", SecondsOf(injection.ramp_out_ticks)},
+          {"for_s", seconds_or_null(injection.for_ticks)},
+          {"every_s", seconds_or_null(injection.period_ticks)},
+          {"times", injection.times}};
+}
+
+}  // namespace
+
+Json FaultsToJson(const fault::Schedule& faults, std::uint64_t tick, const FaultContext& context) {
   Json list = Json::array();
   for (const fault::Injection& injection : faults) {
-    if (injection.IsOverAt(tick)) continue;
-    const fault::Spec& spec = *fault::Find(injection.id);
-    Json parameters = Json::object();
-    for (std::size_t i = 0; i < spec.parameters.size() && spec.parameters[i].name != nullptr; ++i)
-      parameters[spec.parameters[i].name] = injection.values[i];
-    const double t_s = model::kTickS;
-    list.push_back(
-        {{"fault", spec.name},
-         {"parameters", parameters},
-         {"share", injection.ShareAt(tick)},
-         {"start_tick", injection.start_tick},
-         {"ramp_s", static_cast<double>(injection.ramp_ticks) * t_s},
-         {"for_s",
-          injection.for_ticks == 0 ? Json(nullptr) : Json(static_cast<double>(injection.for_ticks) * t_s)}});
+    if (injection.IsOverAt(tick) && !injection.FiresAgain()) continue;
+    list.push_back(InjectionToJson(injection, tick, context));
   }
   return {{"result", "OK"}, {"tick", tick}, {"faults", list}};
 }
 
-Json CatalogueToJson(const model::Parameters& unfaulted) {
+Json CatalogueToJson(const fault::Surroundings& surroundings) {
   Json list = Json::array();
   for (const fault::Spec& spec : fault::Catalogue()) {
     Json parameters = Json::array();
@@ -227,11 +228,16 @@ Json CatalogueToJson(const model::Parameters& unfaulted) {
                             {"default", p.preset},
                             {"meaning", p.meaning}});
     }
-    const char* why = fault::Unsupported(spec, unfaulted);
+    Json common = Json::array();
+    for (const CommonParameter& p : CommonParameters()) {
+      if (p.fits(spec)) common.push_back(p.name);
+    }
+    const char* why = fault::Unsupported(spec, surroundings);
     list.push_back({{"fault", spec.name},
                     {"part", fault::NameOf(spec.part)},
                     {"effect", spec.effect},
                     {"parameters", parameters},
+                    {"common", common},
                     {"unsupported", why == nullptr ? Json(nullptr) : Json(why)}});
   }
   return {{"result", "OK"}, {"catalogue", list}};

@@ -8,15 +8,15 @@
 #include <string_view>
 #include <variant>
 
+#include "../injection_words.hpp"
 #include "servohil/app/request.hpp"
-#include "servohil/model/parameters.hpp"
 
 namespace servohil::app::control {
 
 /// Whoever may ask for what.
 struct Permissions {
-  const model::Parameters* unfaulted;  ///< what the model has
-  bool armed;                          ///< faults may be injected
+  FaultContext faults;
+  bool armed;  ///< faults may be injected
   std::string why_not_armed;
 };
 
@@ -27,6 +27,7 @@ using Understood = std::variant<Request, Question, nlohmann::json>;
 struct RequestLine {
   std::string id;  ///< as JSON; "null": none
   Understood asks;
+  std::string warning = {};  ///< for the answer; empty: none
 };
 
 /// What a line asks. Never throws: what is wrong is the answer.
@@ -38,7 +39,7 @@ std::string AnswerLine(const std::string& id, const nlohmann::json& answer);
 /// Answers, without "id".
 nlohmann::json Rejected(const std::string& reason);
 nlohmann::json ToJson(const Answer& answer);
-nlohmann::json FaultsToJson(const fault::Schedule& faults, std::uint64_t tick);
-nlohmann::json CatalogueToJson(const model::Parameters& unfaulted);
+nlohmann::json FaultsToJson(const fault::Schedule& faults, std::uint64_t tick, const FaultContext& context);
+nlohmann::json CatalogueToJson(const fault::Surroundings& surroundings);
 
 }  // namespace servohil::app::control

@@ -16,6 +16,7 @@
 #include <system_error>
 #include <utility>
 
+#include "bus_status.hpp"
 #include "servohil/error.hpp"
 #include "socket_address.hpp"
 #include "status.hpp"
@@ -103,8 +104,9 @@ void Server::AddTo(std::vector<pollfd>& descriptors) const {
   }
 }
 
-void Server::Serve(const Telemetry& now) {
+void Server::Serve(const Telemetry& now, const std::vector<BusReport>& buses) {
   now_ = now;
+  buses_ = buses;
   ServeClients();
   AcceptWhoCame();
 }
@@ -169,34 +171,38 @@ void Server::Read(Client& client) {
 }
 
 void Server::TakeLine(Client& client, std::string_view line) {
-  RequestLine request = Understand(line, permissions_);
+  const RequestLine request = Understand(line, permissions_);
   if (const Json* answer = std::get_if<Json>(&request.asks)) {
     Reply(client, request.id, *answer);
   } else if (const Question* question = std::get_if<Question>(&request.asks)) {
     Reply(client, request.id, AnswerTo(*question));
   } else {
-    Ask(client, std::move(request.id), std::get<Request>(request.asks));
+    Ask(client, request);
   }
 }
 
 Json Server::AnswerTo(Question question) {
   emulator_.TakeFaults(faults_);
   switch (question) {
-    case Question::kStatus:
-      return StatusToJson(now_);
+    case Question::kStatus: {
+      Json status = StatusToJson(now_);
+      status["buses"] = BusesToJson(buses_);
+      return status;
+    }
     case Question::kFaults:
-      return FaultsToJson(faults_, now_.sample.tick);
+      return FaultsToJson(faults_, now_.sample.tick, permissions_.faults);
     default:
-      return CatalogueToJson(*permissions_.unfaulted);
+      return CatalogueToJson(permissions_.faults.surroundings);
   }
 }
 
-void Server::Ask(Client& client, std::string id, Request request) {
+void Server::Ask(Client& client, const RequestLine& line) {
+  Request request = std::get<Request>(line.asks);
   request.number = next_request_++;
   if (asked_.size() < kMostAsked && emulator_.PutRequest(request)) {
-    asked_.push_back({request.number, client.number, std::move(id)});
+    asked_.push_back({request.number, client.number, line.id, line.warning});
   } else {
-    Reply(client, id, Rejected("too many requests wait already"));
+    Reply(client, line.id, Rejected("too many requests wait already"));
   }
 }
 
@@ -211,7 +217,10 @@ void Server::TakeAnswers() {
     asked_.pop_front();
     const auto client = std::find_if(clients_.begin(), clients_.end(),
                                      [&](const Client& c) { return c.number == asked.client; });
-    if (client != clients_.end()) Reply(*client, asked.id, ToJson(answer));
+    if (client == clients_.end()) continue;
+    Json json = ToJson(answer);
+    if (!asked.warning.empty() && answer.result == Answer::Result::kApplied) json["warning"] = asked.warning;
+    Reply(*client, asked.id, json);
   }
 }
 

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "../bus_watch.hpp"
 #include "requests.hpp"
 #include "servohil/app/emulator.hpp"
 #include "servohil/app/telemetry.hpp"
@@ -37,8 +38,8 @@ class Server {
   bool Waits() const noexcept { return !asked_.empty(); }
   /// From now on.
   void Permit(Permissions permissions) { permissions_ = std::move(permissions); }
-  /// Takes and answers what there is. Never blocks. @param now  the newest state
-  void Serve(const Telemetry& now);
+  /// Takes and answers what there is. Never blocks. @param now, buses  the newest state
+  void Serve(const Telemetry& now, const std::vector<BusReport>& buses);
 
  private:
   struct Client {
@@ -54,6 +55,7 @@ class Server {
     std::uint64_t request = 0;
     std::uint64_t client = 0;
     std::string id;  ///< as JSON
+    std::string warning;
   };
 
   void ServeClients();
@@ -62,7 +64,7 @@ class Server {
   void Read(Client& client);
   void TakeLine(Client& client, std::string_view line);
   nlohmann::json AnswerTo(Question question);
-  void Ask(Client& client, std::string id, Request request);
+  void Ask(Client& client, const RequestLine& line);
   void TakeAnswers();
   bool IsOwed(const Client& client) const;
   static void Reply(Client& client, const std::string& id, const nlohmann::json& answer);
@@ -77,6 +79,7 @@ class Server {
   std::uint64_t next_request_ = 1;
   std::uint64_t next_client_ = 1;
   Telemetry now_;
+  std::vector<BusReport> buses_;
   fault::Schedule faults_;
 };
 

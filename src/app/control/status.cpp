@@ -43,6 +43,7 @@ nlohmann::json StatusToJson(const Telemetry& now) {
           {"model_fault", s.model_fault},
           {"active_faults", now.status.active_faults},
           {"safety", SafetyToJson(now.status)},
+          {"interface_down", now.status.line_down},
           {"command_age_s", SecondsOf(now.status.command_age_ticks)}};
 }
 

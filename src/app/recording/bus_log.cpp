@@ -18,7 +18,9 @@ std::string CandumpLine(std::int64_t time_ns, const std::string& bus, const can:
   std::string line = Formatted("(%010lld.%06lld) ", static_cast<long long>(time_us / kUsPerS),
                                static_cast<long long>(time_us % kUsPerS));
   line += bus;
-  line += Formatted(frame.extended ? " %08X#" : " %03X#", frame.id);
+  constexpr std::uint32_t kErrorFlag = 0x2000'0000;
+  line += frame.error ? Formatted(" %08X#", frame.id | kErrorFlag)
+                      : Formatted(frame.extended ? " %08X#" : " %03X#", frame.id);
   if (frame.remote) {
     line += 'R';
     if (frame.size > 0) line += std::to_string(frame.size);

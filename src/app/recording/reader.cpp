@@ -140,7 +140,9 @@ std::vector<T> ReadAll(const Column& column, std::uint64_t rows) {
 RecordingAttributes ReadAttributes(hid_t file, const std::string& name) {
   RecordingAttributes a;
   a.configuration_toml = hdf5::ReadText(file, attribute::kConfiguration, name);
-  a.dbc = hdf5::ReadText(file, attribute::kDbc, name);
+  a.dbc = {hdf5::ReadText(file, attribute::kDbc, name)};
+  while (hdf5::HasAttribute(file, attribute::Dbc(a.dbc.size()).c_str()))
+    a.dbc.push_back(hdf5::ReadText(file, attribute::Dbc(a.dbc.size()).c_str(), name));
   a.load_csv = hdf5::ReadText(file, attribute::kLoad, name);
   a.load_closing_csv = hdf5::ReadText(file, attribute::kLoadClosing, name);
   a.start_snapshot = hdf5::ReadText(file, attribute::kStartSnapshot, name);

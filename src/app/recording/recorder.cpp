@@ -254,7 +254,7 @@ void Recorder::Writer::WriteRound() {
     std::visit([&](const auto& row) { file_.Add(row, now_ns); }, one);
   for (const Telemetry& sample : round_samples_) file_.Add(sample, now_ns);
   for (const LoggedFrame& frame : round_sent_)
-    file_.AddPublished(frame.tick, frame.message, frame.frame, now_ns);
+    if (frame.message != kMostMessages) file_.AddPublished(frame.tick, frame.message, frame.frame, now_ns);
   to_log_.insert(to_log_.end(), round_received_.begin(), round_received_.end());
   to_log_.insert(to_log_.end(), round_sent_.begin(), round_sent_.end());
   LogUntil(rt::RealTimeNs() - kMergeWindowNs);

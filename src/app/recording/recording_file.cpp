@@ -14,6 +14,7 @@
 #include "servohil/app/recording/sample_columns.hpp"
 #include "servohil/can/codec.hpp"
 #include "servohil/error.hpp"
+#include "servohil/fault/catalogue.hpp"
 #include "servohil/model/step.hpp"
 
 namespace servohil::app {
@@ -72,10 +73,19 @@ hdf5::Id CreateFile(const std::string& name) {
                        name + ": cannot be made");
 }
 
+/// "1 air_entrainment" for each fault of the catalogue, a line each: what the numbers on file mean.
+std::string FaultNames() {
+  std::string names;
+  for (const fault::Spec& spec : fault::Catalogue())
+    names += std::to_string(spec.id) + ' ' + spec.name + '\n';
+  return names;
+}
+
 void WriteAttributes(hid_t file, const RecordingAttributes& a, const std::string& name) {
   hdf5::WriteAttribute(file, attribute::kFormat, kRecordingFormat, name);
   hdf5::WriteAttribute(file, attribute::kConfiguration, a.configuration_toml, name);
-  hdf5::WriteAttribute(file, attribute::kDbc, a.dbc, name);
+  for (std::size_t i = 0; i < a.dbc.size(); ++i)
+    hdf5::WriteAttribute(file, attribute::Dbc(i).c_str(), a.dbc[i], name);
   hdf5::WriteAttribute(file, attribute::kLoad, a.load_csv, name);
   hdf5::WriteAttribute(file, attribute::kLoadClosing, a.load_closing_csv, name);
   hdf5::WriteAttribute(file, attribute::kHash, HashText(ConfigurationHash(a)), name);
@@ -87,6 +97,7 @@ void WriteAttributes(hid_t file, const RecordingAttributes& a, const std::string
   hdf5::WriteAttribute(file, attribute::kStartTime, UtcNow(), name);
   hdf5::WriteAttribute(file, attribute::kTick, model::kTickS, name);
   hdf5::WriteAttribute(file, attribute::kEveryTicks, a.every_ticks, name);
+  hdf5::WriteAttribute(file, attribute::kFaults, FaultNames(), name);
 }
 
 std::vector<TableColumn> SampleTableColumns() {
@@ -223,8 +234,12 @@ void RecordingFile::AddPublished(std::uint64_t tick, std::size_t message, const 
   if (frame.size < published.message.size_bytes) return;
   published.table.Put(0, tick);
   std::size_t column = 1;
-  for (const can::Signal& signal : published.message.signals)
-    published.table.Put(column++, can::Decode(signal, {frame.data.data(), frame.size}));
+  const std::span<const std::uint8_t> data(frame.data.data(), frame.size);
+  for (const can::Signal& signal : published.message.signals) {
+    published.table.Put(column++, can::Carries(published.message, signal, data)
+                                      ? can::Decode(signal, data)
+                                      : std::numeric_limits<double>::quiet_NaN());
+  }
   EndRow(published.table, now_ns);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Names of the root attributes, for writer and reader.
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -30,6 +31,7 @@ inline constexpr const char* kHost = "host";
 inline constexpr const char* kStartTime = "start_time";
 inline constexpr const char* kTick = "tick_s";
 inline constexpr const char* kEveryTicks = "every_ticks";
+inline constexpr const char* kFaults = "faults";
 // Only at the end:
 inline constexpr const char* kEndTime = "end_time";
 inline constexpr const char* kVerdict = "verdict";
@@ -39,6 +41,11 @@ inline constexpr const char* kInfluencesLost = "influences_lost";
 inline constexpr const char* kFramesLost = "frames_lost";
 inline constexpr const char* kProblem = "problem";
 inline constexpr const char* kComplete = "complete";
+
+/// Of the DBC file at this place of can.dbc: "dbc", "dbc_2", ...
+inline std::string Dbc(std::size_t index) {
+  return index == 0 ? kDbc : std::string(kDbc) + "_" + std::to_string(index + 1);
+}
 
 }  // namespace attribute
 

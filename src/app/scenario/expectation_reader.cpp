@@ -107,8 +107,8 @@ void ReadModeBecomes(Entry& entry, std::uint64_t duration_ticks, const FaultStar
     std::vector<std::string> names;
     for (const auto& [name, tick] : faults) names.push_back(name);
     if (fault == faults.end())
-      entry.Fail("after",
-                 names.empty() ? "must be a fault of this file, which has none" : DidYouMean(e.after, names));
+      entry.Fail("after", names.empty() ? "must be a fault of this file without a trigger; there is none"
+                                        : DidYouMean(e.after, names));
     e.from_tick = fault->second;
   }
   const double most_ms = 1e3 * (duration_s - SecondsOf(e.from_tick));

@@ -20,9 +20,10 @@ Json ToJson(const toml::node& node) {
 /// What the control socket makes of it; its refusal becomes a mistake at the line of the key that it names.
 Influence Understood(const Entry& entry, const Json& request, std::uint64_t after_ticks,
                      const control::Permissions& permissions) {
-  const control::Understood understood = control::Understand(request.dump(), permissions).asks;
-  if (const auto* asked = std::get_if<Request>(&understood)) return {after_ticks + 1, *asked};
-  const std::string reason = std::get<Json>(understood).value("reason", "");
+  const control::RequestLine line = control::Understand(request.dump(), permissions);
+  if (!line.warning.empty()) entry.FailWhole(line.warning);  // a test with a fault that does nothing is none
+  if (const auto* asked = std::get_if<Request>(&line.asks)) return {after_ticks + 1, *asked};
+  const std::string reason = std::get<Json>(line.asks).value("reason", "");
   for (const auto& [name, node] : entry.Table()) {
     const std::string key(name.str());
     if (reason.rfind(key + " = ", 0) == 0) entry.Fail(key, reason.substr(reason.find(": ") + 2));

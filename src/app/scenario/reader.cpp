@@ -122,7 +122,9 @@ Scenario ScenarioFile::Head() const {
     head.Fail("configuration", "must be a table: [configuration]");
   std::vector<std::pair<std::string, std::uint64_t>> fault_starts;
   contents_->ForEach("fault", [&](Entry& entry) {
-    fault_starts.emplace_back(entry.RequireText("name"), FaultTick(entry, scenario.duration_ticks));
+    const bool has_trigger = entry.Has("when") || entry.Has("when_frame") || entry.Has("when_fault");
+    const std::uint64_t start = FaultTick(entry, scenario.duration_ticks);
+    if (!has_trigger) fault_starts.emplace_back(entry.RequireText("name"), start);
   });
   contents_->ForEach("expect", [&](Entry& entry) {
     scenario.expectations.push_back(ReadExpectation(entry, scenario.duration_ticks, fault_starts));

@@ -5,8 +5,11 @@ namespace {
 
 /// No bus is disturbed: only the configuration may forbid it.
 control::Permissions PermissionsOf(const Configuration& configuration) {
-  return {&configuration.model, configuration.fault.armed != Armed::kNo,
-          "faults are not armed: fault.armed = \"no\""};
+  FaultContext context;
+  context.surroundings.unfaulted = &configuration.model;
+  context.surroundings.has_bus = false;
+  context.surroundings.real_time = false;
+  return {context, configuration.fault.armed != Armed::kNo, "faults are not armed: fault.armed = \"no\""};
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ mkdir -p "$root" "$layer"
 mount -t tmpfs tmpfs "$layer"
 mkdir "$layer/upper" "$layer/work"
 mount -t overlay overlay -o "lowerdir=/,upperdir=$layer/upper,workdir=$layer/work" "$root"
-cp -a "$installed/." "$root"
+cp -a "$installed"/* "$root"
 mount -t tmpfs tmpfs "$root/run" -o mode=755
 mkdir -p "$root/run/systemd/system" "$root/run/tmpfiles.d"
 ln -s /dev/null "$root/run/tmpfiles.d/tmp.conf" # /tmp is not emptied
@@ -39,7 +39,10 @@ mount -t sysfs sysfs sys
 mount -t cgroup2 cgroup2 sys/fs/cgroup
 mount --rbind /dev dev
 mount --bind \$(tty) dev/console
-exec chroot . /usr/bin/env -i container=guest PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+mkdir run/before
+pivot_root . run/before
+umount --lazy run/before
+exec /usr/bin/env -i container=guest PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
   /lib/systemd/systemd --unit=command.service --show-status=0 --log-target=journal
 TEXT
 exec script -qefc "unshare --pid --mount --uts --ipc --cgroup --fork bash $root/run/first-process" /dev/null

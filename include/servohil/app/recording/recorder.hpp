@@ -68,7 +68,8 @@ class Recorder {
 
   /// Receiver thread. Wait-free, real-time safe. @param bus  index into RecordingAttributes::buses
   void RecordReceived(const can::Frame& frame, std::size_t bus) noexcept;
-  /// Sender thread. Wait-free, real-time safe. @param tick  whose state the frame carries
+  /// Sender thread. Wait-free, real-time safe. @param message  kMostMessages: none that is published @param
+  /// tick  whose state the frame carries
   void RecordSent(std::uint64_t tick, std::size_t message, const can::Frame& frame) noexcept;
 
   /// Any thread: something has been lost.

@@ -1,0 +1,60 @@
+#pragma once
+/// Watches the buses of a run for the thread that watches it: faults go to the log, to the messages that tell
+/// them and to whoever asks; controllers that are bus-off are restarted.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "servohil/app/configuration.hpp"
+#include "servohil/app/emulator.hpp"
+#include "servohil/can/bus_monitor.hpp"
+#include "servohil/can/network.hpp"
+
+namespace servohil::app {
+
+/// One bus, for whoever asks.
+struct BusReport {
+  std::string name;
+  can::BusCondition condition;
+};
+
+/// As the configuration says it.
+can::LinkSettings LinkSettingsOf(const CanSettings& settings);
+
+class BusWatch {
+ public:
+  /// Both must outlive it.
+  BusWatch(Emulator& emulator, const can::Network& network, const CanSettings& settings);
+
+  /// Looks, when it is time to.
+  void Look();
+  const std::vector<BusReport>& Reports() const noexcept { return reports_; }
+
+ private:
+  struct Watched {
+    const can::Bus* bus;
+    std::string interface;
+    can::BusMonitor monitor;
+    can::ErrorTotals errors;
+    std::int64_t linked_ns = 0;  ///< when the kernel was asked last
+    int index = 0;               ///< of the interface; 0: not known
+  };
+
+  void Look(std::size_t which, std::int64_t now_ns);
+  can::BusObservation Observe(std::size_t which, std::int64_t now_ns);
+  void Restart(const Watched& watched);
+  void SetUpWhatIsNew(Watched& watched, const can::Link& link);
+
+  Emulator& emulator_;
+  bool configure_;
+  can::LinkSettings link_;
+  std::vector<Watched> watched_;
+  std::vector<BusReport> reports_;
+  std::int64_t looked_ns_ = 0;
+};
+
+/// "error-passive, transmit queue full; error counters 128/0; 12 error frames, ..." for people.
+std::string Describe(const can::BusCondition& condition);
+
+}  // namespace servohil::app

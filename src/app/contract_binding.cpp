@@ -1,0 +1,155 @@
+#include "contract_binding.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "contract_names.hpp"
+#include "formatted.hpp"
+#include "servohil/error.hpp"
+#include "servohil/model/steady_state.hpp"
+
+namespace servohil::app {
+namespace {
+
+/// "config/servohil.toml:120: can.command.p1 = GOV_OUT.P1: "
+std::string Place(const Configuration& configuration, const std::string& key, const std::string& value) {
+  return configuration.PlaceOf(key) + ": " + key + " = \"" + value + "\": ";
+}
+
+/// The P1 at which the piston rests closed, and fully open. Nothing: the model has no such rest.
+std::optional<Range> StrokeRange(const Configuration& configuration) {
+  const model::Derived derived(configuration.model);
+  const model::SteadyState closed = model::SteadyStateAt(derived, 0.0);
+  const model::SteadyState open = model::SteadyStateAt(derived, configuration.model.servo.stroke_in);
+  if (!closed || !open) return std::nullopt;
+  return Range{closed.p1_psi, open.p1_psi};
+}
+
+void CheckP1Range(const FoundSignal& found, const Linear& to_psi, const Configuration& configuration,
+                  const std::string& place) {
+  const std::optional<Range> needed = StrokeRange(configuration);
+  if (configuration.can.command.may_clip || !needed) return;
+  const Range signal = RangeOf(*found.signal);
+  const auto [low, high] = std::minmax({to_psi(signal.low), to_psi(signal.high)});
+  if (low <= needed->low && high >= needed->high) return;
+  throw UsageError(place + found.Place() + found.Name() +
+                   Formatted(" reaches from %.6g to %.6g psi; the stroke needs %.6g to %.6g psi", low, high,
+                             needed->low, needed->high) +
+                   ": correct unit or scale, or set can.command.may_clip = true");
+}
+
+class CommandBinder {
+ public:
+  CommandBinder(const can::Databases& databases, const Configuration& configuration)
+      : databases_(databases), configuration_(configuration), settings_(configuration.can.command) {}
+
+  std::vector<ReceivedMessage> Bind() {
+    BindP1();
+    if (!settings_.enable.empty()) Bind("can.command.enable", settings_.enable, &ReceivedMessage::enable);
+    if (!settings_.trip.empty()) Bind("can.command.trip", settings_.trip, &ReceivedMessage::trip);
+    return std::move(incoming_);
+  }
+
+ private:
+  void BindP1() {
+    const std::string place = Place(configuration_, "can.command.p1", settings_.p1);
+    const Reference reference = ParseReference(settings_.p1, place);
+    if (!reference.value.empty()) throw UsageError(place + "P1 is a number: it has no value");
+    const FoundSignal found = FindSignal(databases_, reference, place);
+    ReceivedMessage& incoming = MessageOf(found, place);
+    incoming.p1 = found.signal;
+    if (!settings_.scale.empty() && !settings_.unit.empty())
+      throw UsageError(place + "give can.command.unit or can.command.scale, not both");
+    incoming.p1_to_psi = settings_.scale.empty()
+                             ? ConversionOf(found, settings_.unit, "psi", false, place)
+                             : LineThrough(settings_.scale, configuration_.PlaceOf("can.command.scale") +
+                                                                ": can.command.scale: ");
+    CheckP1Range(found, incoming.p1_to_psi, configuration_, place);
+    incoming.protection = BindProtection(*found.database, *found.message, settings_.protection,
+                                         configuration_.PlaceOf("can.command.e2e") + ": ");
+  }
+
+  void Bind(const char* key, const std::string& text, std::optional<Condition> ReceivedMessage::*member) {
+    const std::string place = Place(configuration_, key, text);
+    const Reference reference = ParseReference(text, place);
+    const FoundSignal found = FindSignal(databases_, reference, place);
+    Condition condition{found.signal, std::nullopt};
+    if (!reference.value.empty()) condition.value = RawValueOf(found, reference.value, place);
+    MessageOf(found, place).*member = condition;
+  }
+
+  /// The message's place in the list: one that is there already, or a new one.
+  ReceivedMessage& MessageOf(const FoundSignal& found, const std::string& place) {
+    const auto known = std::find_if(incoming_.begin(), incoming_.end(),
+                                    [&](const ReceivedMessage& one) { return one.message == found.message; });
+    if (known != incoming_.end()) return *known;
+    ReceivedMessage incoming;
+    incoming.database = found.database;
+    incoming.message = found.message;
+    incoming.pattern = {found.message->id, found.message->extended, settings_.pgn};
+    if (settings_.pgn && !found.message->extended)
+      throw UsageError(place + found.database->file + ":" + std::to_string(found.message->line) +
+                       ": message '" + found.message->name +
+                       "' has an 11-bit identifier, can.command.pgn = true is for J1939's 29-bit ones");
+    const bool cycle_stated = !incoming_.empty() && found.message->cycle_ms > 0;
+    incoming.cycle_ms = cycle_stated ? found.message->cycle_ms : settings_.cycle_ms;
+    incoming_.push_back(incoming);
+    return incoming_.back();
+  }
+
+  const can::Databases& databases_;
+  const Configuration& configuration_;
+  const CommandSettings& settings_;
+  std::vector<ReceivedMessage> incoming_;
+};
+
+struct Identified {
+  const can::Database* database;
+  const can::Message* message;
+  can::IdPattern pattern;
+};
+
+}  // namespace
+
+std::vector<ReceivedMessage> BindCommand(const can::Databases& databases,
+                                         const Configuration& configuration) {
+  return CommandBinder(databases, configuration).Bind();
+}
+
+std::optional<can::E2eLayout> BindProtection(const can::Database& database, const can::Message& message,
+                                             const ProtectionSettings& settings, const std::string& place) {
+  if (settings.profile == can::E2eProfile::kNone) return std::nullopt;
+  const auto signal = [&](const std::string& name) {
+    return name.empty() ? nullptr : &database.RequireSignal(message, name);
+  };
+  try {
+    const can::E2eSettings bound{settings.profile, settings.data_id, settings.data_id_mode,
+                                 signal(settings.counter), signal(settings.checksum)};
+    return can::MakeE2eLayout(bound, message);
+  } catch (const UsageError& error) {
+    throw UsageError(place + error.what());
+  }
+}
+
+void CheckIdentifiers(std::span<const ReceivedMessage> incoming, std::span<const PublishedMessage> outgoing) {
+  std::vector<Identified> all;
+  for (const ReceivedMessage& one : incoming) all.push_back({one.database, one.message, one.pattern});
+  for (const PublishedMessage& one : outgoing)
+    all.push_back({one.database, one.message, {one.message->id, one.message->extended, false}});
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!can::Overlap(all[i].pattern, all[j].pattern)) continue;
+      const auto named = [](const Identified& one) {
+        return one.message->name + " (" + one.database->file + ":" + std::to_string(one.message->line) + ")";
+      };
+      throw UsageError(named(all[i]) + " is " +
+                       (all[i].message == all[j].message
+                            ? "named twice in the configuration: both received and "
+                              "published, or published twice"
+                            : "on the bus with the identifier of " + named(all[j]) +
+                                  ": can.command.pgn = true leaves the source open"));
+    }
+  }
+}
+
+}  // namespace servohil::app

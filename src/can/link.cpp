@@ -1,0 +1,193 @@
+#include "servohil/can/link.hpp"
+
+#include <linux/can/netlink.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+
+#include "netlink.hpp"
+#include "servohil/error.hpp"
+
+namespace servohil::can {
+namespace {
+
+template <typename T>
+T ValueOf(const nlattr* attribute) noexcept {
+  T value{};
+  std::memcpy(&value, mnl_attr_get_payload(attribute),
+              std::min<std::size_t>(sizeof value, mnl_attr_get_payload_len(attribute)));
+  return value;
+}
+
+ControllerState StateOf(std::uint32_t state) noexcept {
+  switch (state) {
+    case CAN_STATE_ERROR_WARNING:
+      return ControllerState::kErrorWarning;
+    case CAN_STATE_ERROR_PASSIVE:
+      return ControllerState::kErrorPassive;
+    case CAN_STATE_BUS_OFF:
+      return ControllerState::kBusOff;
+    default:
+      return ControllerState::kErrorActive;
+  }
+}
+
+int ParseController(const nlattr* attribute, void* data) {
+  auto& controller = static_cast<Link*>(data)->controller;
+  if (!controller) controller.emplace();
+  constexpr std::uint16_t kMost = 255;
+  switch (mnl_attr_get_type(attribute)) {
+    case IFLA_CAN_STATE:
+      controller->state = StateOf(ValueOf<std::uint32_t>(attribute));
+      break;
+    case IFLA_CAN_BERR_COUNTER: {
+      const auto counter = ValueOf<can_berr_counter>(attribute);
+      controller->has_counters = true;
+      controller->tx_errors = static_cast<std::uint8_t>(std::min(counter.txerr, kMost));
+      controller->rx_errors = static_cast<std::uint8_t>(std::min(counter.rxerr, kMost));
+      break;
+    }
+    case IFLA_CAN_BITTIMING:
+      controller->bit_rate_bit_s = ValueOf<can_bittiming>(attribute).bitrate;
+      break;
+    case IFLA_CAN_RESTART_MS:
+      controller->restart_ms = ValueOf<std::uint32_t>(attribute);
+      break;
+    default:
+      break;
+  }
+  return MNL_CB_OK;
+}
+
+int ParseKind(const nlattr* attribute, void* data) {
+  if (mnl_attr_get_type(attribute) == IFLA_INFO_KIND)
+    static_cast<Link*>(data)->kind = mnl_attr_get_str(attribute);
+  if (mnl_attr_get_type(attribute) == IFLA_INFO_DATA && static_cast<Link*>(data)->kind == "can")
+    mnl_attr_parse_nested(attribute, ParseController, data);
+  return MNL_CB_OK;
+}
+
+int ParseAttribute(const nlattr* attribute, void* data) {
+  if (mnl_attr_get_type(attribute) == IFLA_LINKINFO) mnl_attr_parse_nested(attribute, ParseKind, data);
+  if (mnl_attr_get_type(attribute) == IFLA_STATS64) {
+    const auto statistics = ValueOf<rtnl_link_stats64>(attribute);
+    static_cast<Link*>(data)->rx_packets = statistics.rx_packets;
+    static_cast<Link*>(data)->tx_packets = statistics.tx_packets;
+  }
+  return MNL_CB_OK;
+}
+
+int ParseLink(const nlmsghdr* message, void* data) {
+  if (message->nlmsg_type != RTM_NEWLINK) return MNL_CB_OK;
+  const auto* const header = static_cast<const ifinfomsg*>(mnl_nlmsg_get_payload(message));
+  Link& link = *static_cast<Link*>(data);
+  link.index = header->ifi_index;
+  link.is_can = header->ifi_type == ARPHRD_CAN;
+  link.up = (header->ifi_flags & IFF_UP) != 0;
+  mnl_attr_parse(message, sizeof(ifinfomsg), ParseAttribute, data);
+  return MNL_CB_STOP;
+}
+
+/// A setting of interfaces of kind "can".
+template <typename T>
+int SetController(const std::string& name, std::uint16_t attribute, const T& value, std::string& reason) {
+  LinkRequest request(RTM_NEWLINK, NLM_F_ACK, name);
+  nlattr* const info = mnl_attr_nest_start(request.Message(), IFLA_LINKINFO);
+  mnl_attr_put_strz(request.Message(), IFLA_INFO_KIND, "can");
+  nlattr* const data = mnl_attr_nest_start(request.Message(), IFLA_INFO_DATA);
+  mnl_attr_put(request.Message(), attribute, sizeof value, &value);
+  mnl_attr_nest_end(request.Message(), data);
+  mnl_attr_nest_end(request.Message(), info);
+  return request.Exchange(nullptr, nullptr, reason);
+}
+
+int SetUp(const std::string& name, bool up, std::string& reason) {
+  LinkRequest request(RTM_NEWLINK, NLM_F_ACK, name);
+  request.SetUp(up);
+  return request.Exchange(nullptr, nullptr, reason);
+}
+
+int SetQueueLength(const std::string& name, std::uint32_t frames, std::string& reason) {
+  LinkRequest request(RTM_NEWLINK, NLM_F_ACK, name);
+  mnl_attr_put_u32(request.Message(), IFLA_TXQLEN, frames);
+  return request.Exchange(nullptr, nullptr, reason);
+}
+
+int SetBitTiming(const std::string& name, const LinkSettings& settings, std::string& reason) {
+  constexpr double kPerMille = 1000.0;
+  can_bittiming timing{};
+  timing.bitrate = settings.bit_rate_bit_s;
+  timing.sample_point = static_cast<std::uint32_t>(settings.sample_point * kPerMille + 0.5);
+  return SetController(name, IFLA_CAN_BITTIMING, timing, reason);
+}
+
+bool IsMissingPermission(int error) noexcept {
+  return error == EPERM || error == EACCES;
+}
+
+[[noreturn]] void FailToConfigure(const std::string& name, const LinkSettings& settings, int error,
+                                  const std::string& reason) {
+  if (IsMissingPermission(error)) {
+    throw EnvironmentError("can.configure: no permission to set up " + name +
+                           " (CAP_NET_ADMIN); this does it: " + ConfigureCommands(name, settings));
+  }
+  throw EnvironmentError("can.configure: the kernel does not set up " + name + ": " +
+                         (reason.empty() ? std::generic_category().message(error) : reason));
+}
+
+}  // namespace
+
+std::optional<Link> ReadLink(const std::string& name) {
+  if (name.empty() || name.size() >= IFNAMSIZ) return std::nullopt;
+  Link link;
+  std::string reason;
+  LinkRequest request(RTM_GETLINK, 0, name);
+  if (request.Exchange(ParseLink, &link, reason) != 0 || link.index == 0) return std::nullopt;
+  return link;
+}
+
+std::string ConfigureCommands(const std::string& name, const LinkSettings& settings) {
+  std::string sample_point;
+  if (settings.sample_point > 0.0) {
+    sample_point = std::to_string(settings.sample_point);
+    sample_point = " sample-point " + sample_point.substr(0, sample_point.find('.') + 4);
+  }
+  const std::string set = "sudo ip link set " + name;
+  return set + " down; " + set + " type can bitrate " + std::to_string(settings.bit_rate_bit_s) +
+         sample_point + " restart-ms " + std::to_string(settings.restart_ms) + "; " + set + " txqueuelen " +
+         std::to_string(settings.queue_length) + " up";
+}
+
+void ConfigureLink(const std::string& name, const LinkSettings& settings) {
+  const std::optional<Link> link = ReadLink(name);
+  std::string reason;
+  const auto require = [&](int error) {
+    if (error != 0) FailToConfigure(name, settings, error, reason);
+  };
+  if (link && link->controller) {
+    require(SetUp(name, false, reason));
+    require(SetBitTiming(name, settings, reason));
+    const int restart = SetController(name, IFLA_CAN_RESTART_MS, settings.restart_ms, reason);
+    if (restart != EOPNOTSUPP) require(restart);
+    require(SetQueueLength(name, settings.queue_length, reason));
+  }
+  require(SetUp(name, true, reason));
+}
+
+RestartResult RestartLink(const std::string& name) {
+  std::string reason;
+  const std::uint32_t now = 1;
+  int error = SetController(name, IFLA_CAN_RESTART, now, reason);
+  if (error == EOPNOTSUPP) {
+    error = SetUp(name, false, reason);
+    if (error == 0) error = SetUp(name, true, reason);
+  }
+  if (error == 0) return RestartResult::kDone;
+  return IsMissingPermission(error) ? RestartResult::kNotPermitted : RestartResult::kRefused;
+}
+
+}  // namespace servohil::can
