@@ -228,6 +228,9 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   emulator_options.task = TaskOptionsOf(options, configuration.loop);
   emulator_options.clock = options.clock;
   emulator_options.lockstep = configuration.lockstep;
+  emulator_options.command_cycle_ms = configuration.can.command.cycle_ms;
+  emulator_options.max_counter_jump = configuration.can.command.max_counter_jump;
+  emulator_options.safety = Resolved(configuration.safety, configuration.can.command.cycle_ms);
   emulator_options.real_time = options.real_time;
   if (options.clock == Clock::kLockstep && configuration.can.emulate_bit_rate_bit_s != 0)
     emulator_options.lockstep_bus = BusModelOf(configuration.can);
@@ -301,6 +304,8 @@ int RunFast(const Options& options, const Setup& setup, const std::optional<Snap
   if (options.script.empty() || options.duration_s == 0.0)
     throw UsageError("run: --clock fast needs --script FILE and --duration S");
   TaskOptions task_options = TaskOptionsOf(options, setup.configuration.loop);
+  task_options.safety = LawOf(setup.configuration.safety);
+  task_options.supervised = false;
   const std::vector<Influence> script = ReadP1Script(options.script);
   const RunTexts texts = DescribeConfiguration(setup.configuration);
   const auto recorder = options.recording.Open(texts, setup.contract, "fast", from, {});

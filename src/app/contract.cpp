@@ -103,6 +103,9 @@ can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry, con
     if (!held && field.measured && saturated != nullptr)
       *saturated |= FieldSet{1} << static_cast<unsigned>(field.number);
   }
+  if (outgoing.protection)
+    can::Protect(*outgoing.protection, frame.id, static_cast<unsigned>(turn % outgoing.protection->modulus),
+                 data);
   return frame;
 }
 

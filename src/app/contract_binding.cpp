@@ -65,6 +65,8 @@ class CommandBinder {
                              : LineThrough(settings_.scale, configuration_.PlaceOf("can.command.scale") +
                                                                 ": can.command.scale: ");
     CheckP1Range(found, incoming.p1_to_psi, configuration_, place);
+    incoming.protection = BindProtection(*found.database, *found.message, settings_.protection,
+                                         configuration_.PlaceOf("can.command.e2e") + ": ");
   }
 
   void Bind(const char* key, const std::string& text, std::optional<Condition> ReceivedMessage::*member) {
@@ -128,6 +130,21 @@ struct Identified {
 std::vector<ReceivedMessage> BindCommand(const can::Databases& databases,
                                          const Configuration& configuration) {
   return CommandBinder(databases, configuration).Bind();
+}
+
+std::optional<can::E2eLayout> BindProtection(const can::Database& database, const can::Message& message,
+                                             const ProtectionSettings& settings, const std::string& place) {
+  if (settings.profile == can::E2eProfile::kNone) return std::nullopt;
+  const auto signal = [&](const std::string& name) {
+    return name.empty() ? nullptr : &database.RequireSignal(message, name);
+  };
+  try {
+    const can::E2eSettings bound{settings.profile, settings.data_id, settings.data_id_mode,
+                                 signal(settings.counter), signal(settings.checksum)};
+    return can::MakeE2eLayout(bound, message);
+  } catch (const UsageError& error) {
+    throw UsageError(place + error.what());
+  }
 }
 
 void CheckIdentifiers(std::span<const ReceivedMessage> incoming, std::span<const PublishedMessage> outgoing) {

@@ -14,7 +14,7 @@ namespace {
 Configuration QuietConfiguration() {
   return LoadConfiguration(testing::kConfigurationFile,
                            {"publish.position_ms=0", "publish.pressures_ms=0", "publish.relay_ms=0",
-                            "publish.bus_ms=0", "publish.status_ms=0"});
+                            "publish.bus_ms=0", "publish.safety_ms=0", "publish.status_ms=0"});
 }
 
 std::string ErrorOf(const std::string& dbc) {
