@@ -230,7 +230,8 @@ def test_dbc_mistakes(configuration, old, new, parts):
 def test_bus_load(configuration):
     """Worst-case bits of a frame of 8 bytes: 135, of 4 bytes: 95. 1000 and 100 a second on 125 kbit/s."""
     fast = settings(can__bit_rate_bit_s=125000, publish__position_ms=1)
-    done = run(*RUN, *fast, *settings(publish__pressures_ms=0, publish__relay_ms=0, publish__status_ms=0, publish__bus_ms=0,
+    done = run(*RUN, *fast, *settings(publish__pressures_ms=0, publish__relay_ms=0, publish__status_ms=0,
+                                      publish__bus_ms=0,
                                       can__command__cycle_ms=1), status=USAGE)
     assert done.stderr.count("\n") == 1
     says(done.stderr, "184.0 % of 125000 bit/s", "SERVO_Position every 1 ms", "publish.*_ms")
