@@ -102,6 +102,7 @@ TEST(SupervisedRun, IsReplayedBitForBitWithTheSameChanges) {
     const testing::DefaultSetup setup({std::string("safety.on_loss=") + on_loss, "friction.coulomb_psi=2"});
     const Directory directory;
     RecordingAttributes attributes;
+    attributes.dbc = {""};
     RecorderOptions recorder_options;
     recorder_options.producers_wait = true;
     Recorder recorder(directory.File(), attributes, setup.contract, recorder_options);
