@@ -22,7 +22,7 @@ const std::string kDbc =
     "VAL_ 1 State 3 \"Tripped\" 1 \"Running\" ;\n";
 const std::string kCommand = "[can.command]\np1 = \"GOV.P1\"\n";  // lines 6, 7
 const std::string kQuiet =
-    "[publish]\nbus_ms = 0\nposition_ms = 0\npressures_ms = 0\nrelay_ms = 0\nstatus_ms = 0\n";
+    "[publish]\nbus_ms = 0\nsafety_ms = 0\nposition_ms = 0\npressures_ms = 0\nrelay_ms = 0\nstatus_ms = 0\n";
 
 std::string CommandError(const std::string& command) {
   return testing::ContractFiles("[can.command]\n" + command + kQuiet, {kDbc}).Error();

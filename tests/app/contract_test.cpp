@@ -123,7 +123,7 @@ std::vector<int> BytesOf(const can::Frame& frame) {
 }
 
 const std::string kQuiet =
-    "[publish]\nbus_ms = 0\nposition_ms = 0\npressures_ms = 0\nrelay_ms = 0\nstatus_ms = 0\n";
+    "[publish]\nbus_ms = 0\nsafety_ms = 0\nposition_ms = 0\npressures_ms = 0\nrelay_ms = 0\nstatus_ms = 0\n";
 
 TEST(Contract, P1IsConvertedFromItsUnit) {
   const std::string dbc = "BO_ 1 GOV: 3 X\n SG_ P1 : 15|16@0+ (0.001,0) [0|0] \"bar\" X\n";
