@@ -11,6 +11,7 @@
 #include "default_setup.hpp"
 #include "servohil/app/recording/reader.hpp"
 #include "servohil/app/recording/recorder.hpp"
+#include "servohil/app/run_texts.hpp"
 
 namespace servohil::app {
 namespace {
@@ -102,7 +103,7 @@ TEST(SupervisedRun, IsReplayedBitForBitWithTheSameChanges) {
     const testing::DefaultSetup setup({std::string("safety.on_loss=") + on_loss, "friction.coulomb_psi=2"});
     const Directory directory;
     RecordingAttributes attributes;
-    attributes.dbc = {""};
+    static_cast<RunTexts&>(attributes) = DescribeConfiguration(setup.configuration);
     RecorderOptions recorder_options;
     recorder_options.producers_wait = true;
     Recorder recorder(directory.File(), attributes, setup.contract, recorder_options);
