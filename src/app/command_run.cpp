@@ -177,6 +177,8 @@ FaultContext FaultContextOf(const Setup& setup, const can::Network& network,
   context.contract = &setup.contract;
   context.surroundings.unfaulted = &setup.configuration.model;
   context.surroundings.real_time = clock == Clock::kReal;
+  context.surroundings.counter = setup.contract.AnyPublished([](const can::E2eLayout&) { return true; });
+  context.surroundings.checksum = setup.contract.AnyPublished(can::HasChecksum);
   for (const auto& bus : network.Buses()) {
     const char* why = bus->WhyNoErrorFrames();
     if (why != nullptr) context.surroundings.why_no_error_frames = why;

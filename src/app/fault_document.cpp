@@ -88,7 +88,9 @@ std::string Requirement(const fault::Spec& spec) {
 
 /// tools/draw_faults.py draws it: not what no run of the default configuration has.
 std::string Picture(const fault::Spec& spec) {
-  if (spec.needs == fault::Needs::kProtection || spec.needs == fault::Needs::kErrorFrames) return {};
+  if (spec.needs == fault::Needs::kCounter || spec.needs == fault::Needs::kChecksum ||
+      spec.needs == fault::Needs::kErrorFrames)
+    return {};
   return std::string("\n![") + spec.name + "](.github/pictures/faults/" + spec.name + ".png)\n";
 }
 

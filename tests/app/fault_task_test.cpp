@@ -243,7 +243,8 @@ TEST(FaultWords, AreSilentWhereEveryFaultsPresetsHaveAnEffect) {
   FaultContext context;
   context.contract = &setup.contract;
   context.surroundings.unfaulted = &setup.configuration.model;
-  context.surroundings.protection = true;
+  context.surroundings.counter = true;
+  context.surroundings.checksum = true;
   for (const fault::Spec& spec : fault::Catalogue()) {
     const Words words = spec.HasSignal() ? Words{{"signal", "x3"}} : Words{};
     EXPECT_EQ(UnderstandInjection(spec.name, words, context).warning, "") << spec.name;

@@ -118,6 +118,11 @@ class Contract {
   /// bits of its field 1. Real-time safe.
   can::Frame Encode(std::size_t message, const Telemetry& telemetry, const Measured& measured = {},
                     std::uint64_t turn = 0, FieldSet* saturated = nullptr) const noexcept;
+  /// Counter and checksum of a message that has them, as the last step before its frame is sent. Real-time
+  /// safe. @param counter  goes round by itself @param wrong_checksum  all bits of it inverted
+  void Protect(std::size_t message, unsigned counter, bool wrong_checksum, can::Frame& frame) const noexcept;
+  /// Whether the protection of any published message has this.
+  bool AnyPublished(bool (*has)(const can::E2eLayout&)) const noexcept;
 
   /// What is published, at most kMostMessages, by number.
   std::span<const PublishedMessage> OutgoingMessages() const noexcept { return outgoing_; }
