@@ -27,8 +27,7 @@ struct Options {
 };
 
 control::Client Connect(const Options& options) {
-  return control::Client(options.socket.empty() ? control::DefaultSocket()
-                                                : std::filesystem::path(options.socket));
+  return control::Client(control::ClientSocket(options.socket));
 }
 
 /// "fraction=0.02" → {"fraction": 0.02}; what is no number is a text: "signal=x3".
@@ -155,16 +154,6 @@ int Show(const Options& options) {
   return kExitOk;
 }
 
-int ShowStatus(const Options& options) {
-  const Json answer = Connect(options).Ask({{"request", "status"}});
-  for (const auto& [name, value] : answer.items()) {
-    if (name != "id" && name != "result")
-      std::cout << Formatted("%-18s ", name.c_str())
-                << (value.is_string() ? value.get<std::string>() : value.dump()) << '\n';
-  }
-  return Judge(answer);
-}
-
 void AddSocket(CLI::App& command, Options& options) {
   command.add_option("--control", options.socket, "control socket of the run; default: as `servohil run`'s")
       ->type_name("PATH");
@@ -218,13 +207,6 @@ void AddFaultCommand(CLI::App& program, int& exit_status) {
   clear->add_option("parameters", options->parameters, "signal=NAME or message=NAME: there alone")
       ->type_name("NAME=VALUE");
   clear->add_flag("--all", options->all, "all of them");
-}
-
-void AddStatusCommand(CLI::App& program, int& exit_status) {
-  auto options = std::make_shared<Options>();
-  CLI::App& command = *program.add_subcommand("status", "State of a running emulator");
-  AddSocket(command, *options);
-  command.callback([options, &exit_status] { exit_status = ShowStatus(*options); });
 }
 
 }  // namespace servohil::app

@@ -171,7 +171,8 @@ std::vector<std::string> BusNames(const can::Network& network) {
   return names;
 }
 
-FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clock clock) {
+FaultContext FaultContextOf(const Setup& setup, const can::Network& network,
+                            const std::vector<can::WantedId>& wanted, Clock clock) {
   FaultContext context;
   context.contract = &setup.contract;
   context.surroundings.unfaulted = &setup.configuration.model;
@@ -179,6 +180,7 @@ FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clo
   for (const auto& bus : network.Buses()) {
     const char* why = bus->WhyNoErrorFrames();
     if (why != nullptr) context.surroundings.why_no_error_frames = why;
+    if (!bus->Interface().empty()) context.received = wanted;
   }
   return context;
 }
@@ -236,9 +238,10 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   std::optional<FaultMessages> fault_messages;
   if (configuration.fault.allow_can) fault_messages.emplace(configuration);
   CheckBusLoad(setup.contract, configuration.can);
+  const can::BusOptions bus_options = BusOptionsOf(setup, emulator_options, fault_messages);
   can::Network network(
       ResolveBuses(options.buses.empty() ? configuration.can.buses : options.buses, configuration.can),
-      BusOptionsOf(setup, emulator_options, fault_messages));
+      bus_options);
   ReportBuses(network, configuration.can.bit_rate_bit_s);
 
   const RunTexts texts = DescribeConfiguration(configuration);
@@ -246,7 +249,7 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
       options.recording.Open(texts, setup.contract, options.clock == Clock::kReal ? "real time" : "lockstep",
                              from, BusNames(network));
   emulator_options.task.recorder = recorder.get();
-  const FaultContext faults = FaultContextOf(setup, network, options.clock);
+  const FaultContext faults = FaultContextOf(setup, network, bus_options.wanted, options.clock);
   const control::Permissions permissions = PermissionsOf(configuration, faults, network);
   std::optional<FaultPort> fault_port;
   if (fault_messages) {

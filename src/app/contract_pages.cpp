@@ -85,6 +85,7 @@ class MessageBinder {
     if (outgoing.protection && settings_.on_change)
       throw UsageError(place_ + found_.message->name + ": on_change and e2e: a counter changes always");
     for (const SignalSettings& signal : SignalsOf()) Bind(signal);
+    NumberFields();
     for (const std::optional<std::int64_t> value : PageValues()) outgoing.pages.push_back(PageOf(value));
     return outgoing;
   }
@@ -155,9 +156,18 @@ class MessageBinder {
                                ? ConversionOf(found, settings.unit, quantity->unit, true, place)
                                : LineThrough(settings.scale, place + found.Name() + ".scale: ");
     CheckStroke(found, *quantity, convert, settings, place);
-    const int number = std::min(static_cast<int>(bound_.size()), kMostFields - 1);
-    const Field field{found.signal, quantity, convert, number, IsMeasured(*quantity)};
+    const Field field{found.signal, quantity, convert, 0, IsMeasured(*quantity)};
     bound_.push_back({found.signal, field, {}, {}});
+  }
+
+  /// In the order of the DBC file, whatever that of the configuration.
+  void NumberFields() {
+    std::sort(bound_.begin(), bound_.end(),
+              [](const Bound& a, const Bound& b) { return a.signal < b.signal; });
+    int number = 0;
+    for (Bound& bound : bound_) {
+      if (bound.field) bound.field->number = std::min(number++, kMostFields - 1);
+    }
   }
 
   static FoundSignal FindSignal(const can::Databases::Found& found, const std::string& name,

@@ -147,6 +147,22 @@ Trigger FrameOf(const Word& word) {
   return {.kind = Trigger::Kind::kFrame, .frame_id = id, .extended = id > kMostStandardId};
 }
 
+/// A frame that never comes would start nothing.
+void RequireReceived(const Trigger& trigger, const std::vector<can::WantedId>& received) {
+  const auto is_it = [&](const can::WantedId& wanted) {
+    return wanted.extended == trigger.extended && ((wanted.id ^ trigger.frame_id) & wanted.mask) == 0;
+  };
+  if (trigger.kind != Trigger::Kind::kFrame || received.empty() ||
+      std::any_of(received.begin(), received.end(), is_it))
+    return;
+  std::string all;
+  for (const can::WantedId& wanted : received)
+    all += (all.empty() ? "" : ", ") + Formatted("0x%X", wanted.id);
+  throw UsageError(Formatted("when_frame = 0x%X: is not received on a kernel's interface; received are ",
+                             trigger.frame_id) +
+                   all);
+}
+
 /// The time line as it was asked for.
 struct Asked {
   std::optional<double> ramp_out_s;
@@ -280,6 +296,7 @@ UnderstoodInjection UnderstandInjection(const std::string& fault, const Words& w
     throw UsageError(std::string(spec.name) +
                      ": signal is missing: the quantity whose sensor it is, such as signal=x3");
   SetTimeLine(injection, asked);
+  RequireReceived(injection.trigger, context.received);
   return {injection, WhyNoEffect(spec, injection, context)};
 }
 

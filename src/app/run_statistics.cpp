@@ -1,4 +1,6 @@
 #include "run_statistics.hpp"
+
+#include "control/status.hpp"
 #include "formatted.hpp"
 
 #include <fstream>
@@ -53,11 +55,6 @@ Json SafetyToJson(const Status& status) {
 Json TrafficToJson(const Emulator& emulator) {
   const ReceiveCounters& in = emulator.Received();
   const SendCounters& out = emulator.Sent();
-  Json saturated = Json::object();
-  for (std::size_t i = 0; i < emulator.Frames().MessageCount(); ++i) {
-    if (const std::uint64_t frames = out.saturated[i].load(); frames > 0)
-      saturated[emulator.Frames().MessageOf(i).name] = frames;
-  }
   Json json = {{"foreign", in.foreign.load()}};
   for (std::size_t i = 0; i < kFrameVerdicts; ++i) json[kFrameVerdictNames[i]] = in.of[i].load();
   json["lost"] = in.lost.load();
@@ -65,7 +62,7 @@ Json TrafficToJson(const Emulator& emulator) {
   json["not_sent"] = out.not_sent.load();
   json["superseded"] = out.superseded.load();
   json["unchanged"] = out.unchanged.load();
-  json["saturated"] = std::move(saturated);
+  json["saturated"] = control::SaturatedToJson(emulator);
   return json;
 }
 
@@ -82,8 +79,8 @@ void Replace(const std::filesystem::path& file, const std::string& text) {
 
 }  // namespace
 
-void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator, const Telemetry& now,
-                     const can::Network& network, const EmulatorOptions& options, bool finished) {
+Json StatisticsToJson(const Emulator& emulator, const Telemetry& now, const can::Network& network,
+                      const EmulatorOptions& options, bool finished) {
   const rt::LoopTiming& timing = emulator.Timing();
   Json json = {{"program", "servohil " SERVOHIL_VERSION},
                {"finished", finished},
@@ -107,7 +104,12 @@ void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator
     json["worst_overruns"] = WorstToJson(emulator, options.task.loop.wake_ticks);
     json["loop_page_faults"] = emulator.LoopPageFaults();
   }
-  Replace(file, json.dump(2) + '\n');
+  return json;
+}
+
+void WriteStatistics(const std::filesystem::path& file, const Emulator& emulator, const Telemetry& now,
+                     const can::Network& network, const EmulatorOptions& options, bool finished) {
+  Replace(file, StatisticsToJson(emulator, now, network, options, finished).dump(2) + '\n');
 }
 
 }  // namespace servohil::app

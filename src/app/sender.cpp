@@ -81,11 +81,11 @@ void Sender::SendWaiting(bool at_once) noexcept {
 void Sender::SendAll(const std::atomic<bool>& stop, std::span<const std::size_t> order) noexcept {
   patient_until_ = &stop;
   conditions_.Take(bus_);
+  FollowFaults();
   for (const std::size_t i : order) {
     Publication publication = task_.PublicationNow(i);
     Send(i, publication);
   }
-  FollowFaults();
 }
 
 void Sender::SendStopped() noexcept {

@@ -39,6 +39,7 @@ bool SimulationTask::Run(int ticks, bool silence_counts) noexcept {
   for (int i = 0; i < ticks && goes_on; ++i) {
     Tick(silence_counts);
     Publish(now_.sample.tick);
+    PublishSample();
     TakeDueSnapshots();
     goes_on = GoesOn();
   }
@@ -125,8 +126,9 @@ void SimulationTask::Influenced(const Request& request) noexcept {
 }
 
 void SimulationTask::TakeFrames() noexcept {
+  constexpr int kMostAtOnce = 16;
   SeenFrame frame;
-  while (frames_.TryPop(frame)) TakeFrame(frame.id, frame.extended);
+  for (int i = 0; i < kMostAtOnce && frames_.TryPop(frame); ++i) TakeFrame(frame.id, frame.extended);
 }
 
 void SimulationTask::TakeFrame(std::uint32_t id, bool extended) noexcept {
@@ -238,6 +240,14 @@ void SimulationTask::PutFaults() noexcept {
   faults_.Put(simulation_.Faults());
   faults_of_receiver_.Put(simulation_.Faults());
   faults_of_sender_.Put(simulation_.Faults());
+}
+
+/// For those who have subscribed on the control socket.
+void SimulationTask::PublishSample() noexcept {
+  const std::uint64_t every = sample_ticks_.load(std::memory_order_relaxed);
+  if (every == 0 || now_.sample.tick % every != 0) return;
+  now_.outputs = simulation_.Outputs();
+  samples_.TryPush(now_);
 }
 
 void SimulationTask::Publish(std::uint64_t tick) noexcept {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
@@ -20,7 +21,6 @@ namespace {
 
 constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr int kLookEveryMs = 100;
-constexpr int kAnswerMs = 1;  // while the simulation is to answer
 
 }  // namespace
 
@@ -38,7 +38,12 @@ Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOpti
       buses_(buses),
       now_(emulator.Final()),
       terminal_(isatty(STDOUT_FILENO) != 0),
-      last_ns_(rt::MonotonicNs()) {}
+      last_ns_(rt::MonotonicNs()) {
+  if (control_ != nullptr) {
+    control_->AnswerStatisticsBy(
+        [this] { return nlohmann::json(StatisticsToJson(emulator_, now_, network_, options_, false)); });
+  }
+}
 
 void Watch::Run(const StopSignals& signals) {
   manager_.TellReady();
@@ -69,8 +74,7 @@ void Watch::TellThatItLives() {
 bool Watch::Wait(const StopSignals& signals) {
   std::vector<pollfd> descriptors = {{signals.Fd(), POLLIN, 0}, {emulator_.FinishedFd(), POLLIN, 0}};
   if (control_ != nullptr) control_->AddTo(descriptors);
-  const bool answer_comes = control_ != nullptr && control_->Waits();
-  poll(descriptors.data(), descriptors.size(), answer_comes ? kAnswerMs : kLookEveryMs);
+  poll(descriptors.data(), descriptors.size(), control_ != nullptr ? control_->LookAgainMs() : kLookEveryMs);
   return descriptors[1].revents != 0;
 }
 

@@ -12,11 +12,11 @@ namespace servohil::fault {
 inline constexpr double kNotAvailable = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kFullScale = std::numeric_limits<double>::infinity();
 inline constexpr double kMostOfAnyUnit = 1e6;
-inline constexpr double kMostDelayS = 1.0;  ///< DelayLines holds as much
+inline constexpr double kMostDelayS = 1.0;  ///< Sensors remember as much
 
 // In the order of what a signal passes: the line to the transducer, the transducer, its output.
 inline constexpr std::array kSensorFaults = std::to_array<Spec>({
-    {60,
+    {kSensorDelayed,
      "sensor_delayed",
      Part::kSensors,
      {{{"delay_s", "s", 1e-4, kMostDelayS, 0.05, "between truth and signal"}}},

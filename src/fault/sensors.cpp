@@ -8,9 +8,7 @@
 namespace servohil::fault {
 namespace {
 
-/// Delays alone have this parameter.
 bool Delays(const Injection& injection) noexcept {
-  constexpr std::uint8_t kSensorDelayed = 60;
   return injection.id == kSensorDelayed;
 }
 
@@ -34,13 +32,15 @@ const Sensors::History* Sensors::HistoryOf(std::uint8_t quantity) const noexcept
   return found == histories_.end() ? nullptr : &*found;
 }
 
-Sensors::History& Sensors::HistoryFor(std::uint8_t quantity) noexcept {
-  if (const History* there = HistoryOf(quantity)) return const_cast<History&>(*there);  // NOLINT
-  History& free =
-      *std::find_if(histories_.begin(), histories_.end(), [](const History& h) { return !h.used; });
-  free.used = true;
-  free.quantity = quantity;
-  return free;
+void Sensors::Note(std::uint8_t quantity, std::uint64_t tick, double truth) noexcept {
+  const auto is_its = [&](const History& h) { return h.used && h.quantity == quantity; };
+  auto history = std::find_if(histories_.begin(), histories_.end(), is_its);
+  if (history == histories_.end())
+    history = std::find_if(histories_.begin(), histories_.end(), [](const History& h) { return !h.used; });
+  if (history == histories_.end()) return;  // there are as many as injections
+  history->used = true;
+  history->quantity = quantity;
+  history->values[tick % kHistoryTicks] = truth;
 }
 
 /// Those of faults that are gone.
@@ -68,8 +68,7 @@ void Sensors::Observe(Schedule& schedule, std::uint64_t tick, std::span<const do
   Forget(schedule);
   for (Injection& injection : schedule.All()) {
     if (!Acts(injection, tick)) continue;
-    if (Delays(injection))
-      HistoryFor(injection.target).values[tick % kHistoryTicks] = truth[injection.target];
+    if (Delays(injection)) Note(injection.target, tick, truth[injection.target]);
     if (!injection.StartsAt(tick)) continue;
     injection.held = truth[injection.target];
     for (const Injection* before = schedule.begin(); before != &injection; ++before) {

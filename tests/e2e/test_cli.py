@@ -36,8 +36,7 @@ def says(line, *parts):
 @pytest.fixture
 def configuration(tmp_path):
     """A copy of the configuration, to change: configuration(old, new) → its path and the changed line's number."""
-    for file in CONFIGURATION.parent.iterdir():
-        shutil.copy(file, tmp_path)
+    shutil.copytree(CONFIGURATION.parent, tmp_path, dirs_exist_ok=True)
 
     def change(old, new, name=CONFIGURATION.name):
         file = tmp_path / name
@@ -84,7 +83,7 @@ def flat(table, prefix=""):
 def test_every_key_is_in_the_file_and_in_the_help_with_its_default():
     in_file = dict(flat(tomllib.loads(CONFIGURATION.read_text())))
     text = run("run", "--help-keys").stdout
-    in_help = {m[1]: m[2] for m in re.finditer(r"^  ([a-z_0-9]+\.[a-z_0-9]+) = (.*)$", text, re.M)}
+    in_help = {m[1]: m[2] for m in re.finditer(r"^  ([a-z_0-9]+(?:\.[a-z_0-9]+)+) = (.*)$", text, re.M)}
     assert in_help.keys() == in_file.keys()
     for key, value in in_file.items():
         shown = in_help[key]

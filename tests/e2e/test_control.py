@@ -2,16 +2,19 @@
 `servohil status` over it."""
 
 import json
+import os
 import random
 import re
 import signal
 import socket
 import stat
+import subprocess
 
 import pytest
 
 from control_socket import Control
-from emulator import ENVIRONMENT, NOT_VALID, OK, RUNNING, USAGE, Emulator, run, settings
+from emulator import (CONFIGURATION, ENVIRONMENT, NOT_VALID, OK, PROGRAM, RUNNING, USAGE, Emulator, run,
+                      settings)
 
 LOCKSTEP = ("--clock", "lockstep")
 TICKS = 100  # per command in lockstep
@@ -68,6 +71,10 @@ def test_the_socket_is_for_user_and_group_and_goes_with_the_run(emulator, path):
     b'{"request": "inject", "fault": "stiction", "parameters": {"for_s": 1e300}}',
     b'{"request": "clear", "fault": 3}', b'{"request": "clear", "fault": "stiction"}',
     b'{"request": "command"}', b'{"request": "command", "p1_psi": 301}', b'{"request": "command", "p1_psi": null}',
+    b'{"request": "subscribe"}', b'{"request": "subscribe", "every_ms": 0}', b'{"request": "subscribe", "every_ms": 1e9}',
+    b'{"request": "subscribe", "every_ms": 10, "quantities": "x3_in"}',
+    b'{"request": "subscribe", "every_ms": 10, "quantities": ["x3"]}',
+    b'{"request": "subscribe", "every_ms": 10, "quantities": [null]}',
     b"[" * 4000, b'{"a":' * 800, b'{"id": "' + b"x" * 4000 + b'"}', b"x" * 4096,
 ])
 def test_each_line_is_answered_with_a_reason(emulator_for_lines, line):
@@ -309,12 +316,12 @@ def test_every_fault_is_shown_as_the_run_knows_it(emulator_for_lines):
         catalogue = control.ask("catalogue")["catalogue"]
     listed = run("fault", "list", "--control", emulator_for_lines).stdout
     assert re.findall(r"^  (\w+)", listed, re.M) == [one["fault"] for one in catalogue]
-    for one in catalogue:
+    for one in catalogue[::4]:  # some of each part
         shown = run("fault", "show", one["fault"]).stdout
         assert shown.startswith(f"{one['fault']} ({one['part']})\n  {one['effect']}\n")
         for p in one["parameters"]:
-            assert re.search(rf"^  {p['name']} +{re.escape(p['meaning'])}; {p['minimum']:g} to {p['maximum']:g}.*default "
-                             rf"{p['default']:g}$", shown, re.M), p
+            told = re.escape(f"{p['meaning']}; {p['minimum']:g} to {p['maximum']:g}")
+            assert re.search(rf"^  {p['name']} +{told}.*default {p['default']:g}$", shown, re.M), p
 
 
 def test_status_agrees_with_the_bus(start, connect, path):
@@ -322,12 +329,12 @@ def test_status_agrees_with_the_bus(start, connect, path):
     client = connect(emulator)
     client.send_p1(31.0)
     answer = client.until(lambda f: f.name == "SERVO_Status")
-    told = dict(line.split(maxsplit=1) for line in run("status", "--control", path).stdout.splitlines())
-    assert int(told["tick"]) == answer[0]["Tick"] == TICKS
+    told = json.loads(run("status", "--json", "--control", path).stdout)
+    assert told["tick"] == answer[0]["Tick"] == TICKS
     assert told["mode"] == "RUNNING" and answer[-1]["Mode"] == RUNNING
-    assert float(told["x3_in"]) == pytest.approx(answer[0]["X3"], abs=0.0001)
-    assert float(told["p3_psi"]) == pytest.approx(answer[1]["P3"], abs=0.005)
-    assert float(told["p1_psi"]) == 31.0 and told["timing_valid"] == "true" and told["active_faults"] == "0"
+    assert told["x3_in"] == pytest.approx(answer[0]["X3"], abs=0.0001)
+    assert told["p3_psi"] == pytest.approx(answer[1]["P3"], abs=0.005)
+    assert told["p1_psi"] == 31.0 and told["timing_valid"] is True and told["active_faults"] == 0
     emulator.stop()
 
 
@@ -395,6 +402,133 @@ def test_faults_that_are_not_armed(start, connect, path, armed, bus_is_virtual):
         assert "REJECTED: faults are not armed: " in told and ("fault.armed" in told)
         emulator.stop()
     adapter.stop()
+
+
+# --- What people see of a run -----------------------------------------------------------------------------------------
+
+def test_the_view_has_values_bars_faults_and_fits_80_columns(start, connect, path):
+    emulator = start("--control", path, *LOCKSTEP)
+    client = connect(emulator)
+    client.send_p1(REST_P1_PSI)
+    client.until(lambda f: f.name == "SERVO_Status")
+    fault("inject", "stiction", "psi=5", path=path)
+    view = run("status", "--control", path).stdout
+    assert "\033" not in view and max(map(len, view.splitlines())) <= 80
+    assert re.search(r"^servohil +RUNNING +t 0\.0 s \(tick 100\)$", view, re.M)
+    assert re.search(r"^x3 +4(\.\d+)? in +\[#{20}-{20}\] 8$", view, re.M), "half of its stroke"
+    assert re.search(r"^P3 +\d+(\.\d+)? psi +\[#+-+\] 300$", view, re.M)
+    assert re.search(r"^fault +stiction +\d+ % psi=5", view, re.M) and "stroke_in" not in view
+    emulator.stop()
+
+
+def test_the_view_warns_of_late_ticks(emulator, path):
+    emulator.pause(0.05)
+    with Control(path) as control:
+        while control.ask("status")["timing_valid"]:
+            pass
+    assert "warning    timing INVALID: " in run("status", "--control", path).stdout
+    emulator.stop(may_be_late=True)
+
+
+@pytest.mark.parametrize("terminal, redraws", [("xterm", True), ("dumb", False), (None, False)])
+def test_watch_redraws_where_the_cursor_can_move(emulator, path, terminal, redraws):
+    ours, theirs = os.openpty()
+    watching = subprocess.Popen([PROGRAM, "status", "--watch", "--control", path],
+                                stdout=theirs if terminal else subprocess.PIPE, env=dict(os.environ, TERM=terminal or "xterm"))
+    os.close(theirs)
+    source = ours if terminal else watching.stdout.fileno()
+    seen = b""
+    while seen.count(b"servohil ") < 3:
+        seen += os.read(source, 4096)
+    watching.send_signal(signal.SIGINT)
+    watching.wait(20)
+    os.close(ours)
+    assert (b"\033[H" in seen) == redraws == (b"\033" in seen)
+
+
+def test_watch_ends_with_the_run(emulator, path):
+    watching = subprocess.Popen([PROGRAM, "status", "--watch", "--json", "--control", path], stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True)
+    assert json.loads(watching.stdout.readline())["result"] == "OK"
+    emulator.stop()
+    assert watching.wait(20) == ENVIRONMENT and watching.stderr.read().count("\n") == 1
+
+
+# --- Samples ---------------------------------------------------------------------------------------------------------
+
+def test_samples_come_at_exactly_the_ticks_that_are_asked_for(start, connect, path):
+    emulator = start("--control", path, *LOCKSTEP)
+    client = connect(emulator)
+    with Control(path) as fast, Control(path) as slow:
+        assert fast.ask("subscribe", id="f", every_ms=2, quantities=["x3_in", "tick"])["result"] == "OK"
+        assert slow.ask("subscribe", every_ms=7, quantities=["command_age_ms"])["result"] == "OK"
+        for _ in range(3):  # 300 ticks
+            step(client, 31.0)
+        samples = [fast.answer() for _ in range(15)]
+        assert [s["tick"] for s in samples] == list(range(20, 301, 20))
+        assert all(s["id"] == "f" and s["result"] == "SAMPLE" and s["dropped"] == 0 for s in samples)
+        assert samples[-1].keys() == {"id", "result", "tick", "time_s", "dropped", "x3_in"}
+        assert samples[-1]["x3_in"] == fast.ask("status")["x3_in"]
+        assert [slow.answer()["tick"] for _ in range(4)] == [70, 140, 210, 280]
+        assert fast.ask("unsubscribe")["result"] == "OK"
+        step(client)
+        assert fast.ask("status")["tick"] == 400, "no sample before the answer"
+    emulator.stop()
+
+
+def test_a_subscriber_that_does_not_read_loses_samples_and_is_told(start, connect, path):
+    emulator = start("--control", path, *LOCKSTEP, *settings(lockstep__ticks=2000))
+    client = connect(emulator)
+    with Control(path) as deaf:
+        assert deaf.ask("subscribe", every_ms=1)["result"] == "OK"
+        for _ in range(40):  # 8 s of simulated time: 8000 samples of some 500 bytes
+            step(client)
+        goes_on(path)
+        sample = deaf.answer()
+        while sample["dropped"] == 0:
+            step(client)  # adds more than are read here, as far as there is room again
+            for _ in range(20):
+                last, sample = sample, deaf.answer()
+                assert sample["dropped"] - last["dropped"] == (sample["tick"] - last["tick"]) // 10 - 1
+    emulator.stop()
+
+
+def test_statistics_are_those_of_the_file(emulator, path):
+    with Control(path) as control:
+        statistics = control.ask("statistics")["statistics"]
+    assert statistics["finished"] is False and statistics["wake_latency"]["count"] > 0
+    emulator.stop()
+
+
+# --- Reload ----------------------------------------------------------------------------------------------------------
+
+def test_hangup_reloads_what_may_change_and_tells_the_rest(start, path, tmp_path):
+    for file in CONFIGURATION.parent.glob("*.*"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    configuration = tmp_path / "servohil.toml"
+    emulator = start("--control", path, "--config", configuration)
+    fault("inject", "hot_oil", path=path)
+    text = configuration.read_text()
+
+    def reload(text):
+        """What is logged of it."""
+        configuration.write_text(text)
+        before = emulator.log().count("reload: ")
+        emulator.signal(signal.SIGHUP)
+        with Control(path) as control:
+            while emulator.log().count("reload: ") == before:
+                assert control.ask("status")["result"] == "OK", "the run goes on"
+        return emulator.log()
+
+    assert "reload: nothing has changed" in reload(text)
+    assert "reload: nothing is changed: " in reload(text + "\n[broken\n")
+    told = reload(text.replace('armed = "auto"', 'armed = "no"').replace("stroke_in = 8.0", "stroke_in = 9.0"))
+    assert 'reload: fault.armed = "no" from now on, was "auto"' in told
+    with Control(path) as control:  # asked after the whole reload
+        assert control.ask("status")["stroke_in"] == 8.0
+    assert "reload: servo.stroke_in = 9 in: needs a restart; it runs with 8 in" in emulator.log()
+    assert "faults are not armed" in fault("inject", "stiction", path=path, status=USAGE)
+    emulator.stop()
 
 
 # --- What a fault does, tick by tick ---------------------------------------------------------------------------------

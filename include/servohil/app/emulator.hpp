@@ -78,6 +78,8 @@ class Emulator {
   bool TryPopSafetyChange(SafetyChange& change) noexcept { return task_->TryPopSafetyChange(change); }
   bool TryPopFaultEvent(fault::Event& event) noexcept { return task_->TryPopFaultEvent(event); }
   std::uint64_t SnapshotsRefused() const noexcept { return task_->SnapshotsRefused(); }
+  void SampleEvery(std::uint64_t ticks) noexcept { task_->SampleEvery(ticks); }
+  bool TryPopSample(Telemetry& telemetry) noexcept { return task_->TryPopSample(telemetry); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
   const Contract& Frames() const noexcept { return contract_; }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }

@@ -119,6 +119,11 @@ class SimulationTask {
   /// Whoever writes them down (one thread).
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return snapshots_.TryPop(snapshot); }
 
+  /// Any thread: samples of every tick that this divides, from the next tick on; 0: none.
+  void SampleEvery(std::uint64_t ticks) noexcept { sample_ticks_.store(ticks, std::memory_order_relaxed); }
+  /// One thread: a sample, in order. Those for which there is no room are lost.
+  bool TryPopSample(Telemetry& telemetry) noexcept { return samples_.TryPop(telemetry); }
+
   /// The thread that runs the ticks.
   const Telemetry& Now() const noexcept { return now_; }
   /// The same: as it would be published now, `message` or (kMostMessages) all that nothing special befalls.
@@ -142,6 +147,7 @@ class SimulationTask {
   void TellSafetyChange(SafetyState from, std::uint64_t tick) noexcept;
   void TakeStatus() noexcept;
   void Publish(std::uint64_t tick) noexcept;
+  void PublishSample() noexcept;
   void FollowScript() noexcept;
   Answer Serve(const Request& request) noexcept;
   void TakeFrames() noexcept;
@@ -185,6 +191,8 @@ class SimulationTask {
   rt::Ring<Publication, 1024> publications_;
   rt::Mailbox<Telemetry> newest_;
   rt::Ring<SafetyChange, 256> safety_changes_;
+  std::atomic<std::uint64_t> sample_ticks_{0};
+  rt::Ring<Telemetry, 1024> samples_;
   rt::Ring<Snapshot, 16> snapshots_;
   rt::Ring<Request, 64> requests_;
   rt::Ring<Answer, 64> answers_;

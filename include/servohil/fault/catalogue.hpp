@@ -67,6 +67,9 @@ struct Spec {
   bool HasMessage() const noexcept { return ActsAs<TransmitAct>(); }
 };
 
+/// The one that needs the past of a signal.
+inline constexpr std::uint8_t kSensorDelayed = 60;
+
 std::span<const Spec> Catalogue() noexcept;
 /// Null: there is none of this number. Real-time safe.
 const Spec* Find(std::uint8_t id) noexcept;

@@ -37,7 +37,7 @@ class Sensors {
   };
   double Apply(const Injection& injection, std::uint64_t tick, double value) const noexcept;
   const History* HistoryOf(std::uint8_t quantity) const noexcept;
-  History& HistoryFor(std::uint8_t quantity) noexcept;
+  void Note(std::uint8_t quantity, std::uint64_t tick, double truth) noexcept;
   void Forget(const Schedule& schedule) noexcept;
 
   std::array<History, Schedule::kMostInjections> histories_{};  ///< one each at most

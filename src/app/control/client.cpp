@@ -6,7 +6,9 @@
 #include <array>
 #include <cerrno>
 #include <system_error>
+#include <vector>
 
+#include "server.hpp"
 #include "servohil/error.hpp"
 #include "socket_address.hpp"
 
@@ -18,6 +20,22 @@ using Json = nlohmann::json;
 constexpr timeval kPatience = {10, 0};
 
 }  // namespace
+
+std::filesystem::path ClientSocket(const std::string& told) {
+  if (!told.empty()) return told;
+  std::error_code error;
+  const std::filesystem::path usual = DefaultSocket();
+  if (std::filesystem::exists(usual, error)) return usual;
+  std::vector<std::filesystem::path> sockets;
+  for (const auto& entry : std::filesystem::directory_iterator("/run/servohil", error)) {
+    if (entry.path().extension() == ".sock") sockets.push_back(entry.path());
+  }
+  if (sockets.size() > 1) {
+    throw UsageError("more than one servohil runs here: --control " + sockets[0].string() + ", --control " +
+                     sockets[1].string() + (sockets.size() > 2 ? ", ..." : ""));
+  }
+  return sockets.empty() ? usual : sockets[0];
+}
 
 Client::Client(const std::filesystem::path& path)
     : path_(path.string()), fd_(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)) {

@@ -7,6 +7,11 @@
 
 namespace servohil::app::control {
 
+/// Where a client looks: the path that it was told, else DefaultSocket(), else the only socket in
+/// /run/servohil.
+/// @throws UsageError when there are several
+std::filesystem::path ClientSocket(const std::string& told);
+
 class Client {
  public:
   /// @throws EnvironmentError when no servohil listens there

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <vector>
 
 #include "../formatted.hpp"
+#include "servohil/app/quantity.hpp"
 #include "servohil/error.hpp"
 #include "servohil/model/step.hpp"
 #include "servohil/nearest_name.hpp"
@@ -96,6 +98,42 @@ Request UnderstandCommand(const Json& request) {
   return understood;
 }
 
+std::size_t RequireQuantity(const Json& name) {
+  std::vector<std::string> names;
+  for (const Quantity& quantity : Quantities()) {
+    if (name == quantity.name) return names.size();
+    names.emplace_back(quantity.name);
+  }
+  if (!name.is_string()) Reject("\"quantities\" must be a list of names: [\"x3_in\", ...]");
+  const std::string asked = name;
+  std::string all;
+  for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
+  const std::string nearest = Nearest(asked, names);
+  Reject("there is no quantity " + asked.substr(0, 40) + (nearest.empty() ? "; there are " + all : nearest));
+}
+
+Subscription UnderstandSubscribe(const Json& request) {
+  constexpr double kMostMs = 60'000.0;
+  constexpr double kTicksPerMs = 10.0;
+  if (!request.contains("every_ms")) Reject("\"every_ms\" is missing");
+  const double ms = RequireNumber("every_ms", request["every_ms"], 1.0, kMostMs, "ms");
+  Subscription subscription;
+  subscription.every_ticks = static_cast<std::uint64_t>(std::llround(ms * kTicksPerMs));
+  if (!request.contains("quantities")) {
+    subscription.quantities.resize(Quantities().size());
+    std::iota(subscription.quantities.begin(), subscription.quantities.end(), std::size_t{0});
+    return subscription;
+  }
+  if (!request["quantities"].is_array()) RequireQuantity(nullptr);
+  for (const Json& name : request["quantities"]) {
+    const std::size_t quantity = RequireQuantity(name);
+    const auto& known = subscription.quantities;
+    if (std::find(known.begin(), known.end(), quantity) == known.end())
+      subscription.quantities.push_back(quantity);
+  }
+  return subscription;
+}
+
 Understood UnderstandOrThrow(const Json& request, const Permissions& permissions, std::string& warning) {
   if (!request.is_object()) Reject("a request is a JSON object");
   const auto what = request.find("request");
@@ -108,16 +146,19 @@ Understood UnderstandOrThrow(const Json& request, const Permissions& permissions
     understood.kind = Request::Kind::kSnapshot;
     return understood;
   }
+  if (*what == "subscribe") return UnderstandSubscribe(request);
+  if (*what == "unsubscribe") return Subscription{};
   if (*what == "status") return Question::kStatus;
+  if (*what == "statistics") return Question::kStatistics;
   if (*what == "faults") return Question::kFaults;
   if (*what == "catalogue") return Question::kCatalogue;
-  const std::vector<std::string> names = {"inject", "clear",   "faults",  "catalogue",
-                                          "status", "command", "snapshot"};
+  const std::vector<std::string> names = {"inject",  "clear",    "faults",    "catalogue",   "status",
+                                          "command", "snapshot", "subscribe", "unsubscribe", "statistics"};
+  std::string all;
+  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
   const std::string asked = *what;
   const std::string nearest = Nearest(asked, names);
-  Reject("there is no request " + asked.substr(0, 40) +
-         (nearest.empty() ? "; there are inject, clear, faults, catalogue, status, command, snapshot"
-                          : nearest));
+  Reject("there is no request " + asked.substr(0, 40) + (nearest.empty() ? "; there are " + all : nearest));
 }
 
 /// JSON as one line of valid UTF-8, whatever texts it has.
@@ -174,6 +215,17 @@ Json ToJson(const Answer& answer) {
     default:
       return {{"result", "APPLIED"}, {"tick", answer.tick}};
   }
+}
+
+std::string SampleLine(const std::string& id, const Subscription& subscription, const Telemetry& now,
+                       std::uint64_t dropped) {
+  Json sample = {{"result", "SAMPLE"}, {"time_s", SecondsOf(now.sample.tick)}, {"dropped", dropped}};
+  for (const std::size_t which : subscription.quantities) {
+    const Quantity& quantity = Quantities()[which];
+    sample[quantity.name] = quantity.value(now);  // infinite: null
+  }
+  sample["tick"] = now.sample.tick;
+  return AnswerLine(id, sample);
 }
 
 namespace {

@@ -7,9 +7,11 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "../injection_words.hpp"
 #include "servohil/app/request.hpp"
+#include "servohil/app/telemetry.hpp"
 
 namespace servohil::app::control {
 
@@ -20,9 +22,17 @@ struct Permissions {
   std::string why_not_armed;
 };
 
-/// A request that the simulation must answer; or an answer at once; `status` and `faults` need the state.
-enum class Question : std::uint8_t { kStatus, kFaults, kCatalogue };
-using Understood = std::variant<Request, Question, nlohmann::json>;
+/// What is asked of the state.
+enum class Question : std::uint8_t { kStatus, kStatistics, kFaults, kCatalogue };
+
+/// Samples that a client wants.
+struct Subscription {
+  std::uint64_t every_ticks = 0;        ///< at the ticks that this divides; 0: none
+  std::vector<std::size_t> quantities;  ///< as numbers in Quantities()
+};
+
+/// A request that the simulation must answer, a question, a subscription, or an answer at once.
+using Understood = std::variant<Request, Question, Subscription, nlohmann::json>;
 
 struct RequestLine {
   std::string id;  ///< as JSON; "null": none
@@ -35,6 +45,10 @@ RequestLine Understand(std::string_view line, const Permissions& permissions);
 
 /// The answer as a line, with its LF.
 std::string AnswerLine(const std::string& id, const nlohmann::json& answer);
+
+/// A sample as a line. @param dropped  how many of this subscription were lost since it began
+std::string SampleLine(const std::string& id, const Subscription& subscription, const Telemetry& now,
+                       std::uint64_t dropped);
 
 /// Answers, without "id".
 nlohmann::json Rejected(const std::string& reason);

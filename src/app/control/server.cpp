@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -29,6 +30,7 @@ using Json = nlohmann::json;
 constexpr std::size_t kMostClients = 16;
 constexpr std::size_t kLongestLine = 4'096;
 constexpr std::size_t kMostOutput = std::size_t{256} * 1'024;
+constexpr std::size_t kMostSamples = std::size_t{64} * 1'024;  // bytes of samples that wait to be read
 constexpr int kMostReadsAtOnce = 4;
 constexpr std::size_t kMostAsked = 60;  // fewer than the simulation's answers have room
 
@@ -115,6 +117,7 @@ void Server::ServeClients() {
   TakeAnswers();
   for (Client& client : clients_) Read(client);
   TakeAnswers();
+  PassSamplesOn();
   for (Client& client : clients_) Write(client);
   clients_.remove_if([this](const Client& client) {
     const bool gone =
@@ -122,6 +125,7 @@ void Server::ServeClients() {
     if (gone) close(client.fd);
     return gone;
   });
+  ChooseSamples();
 }
 
 void Server::AcceptWhoCame() {
@@ -171,14 +175,62 @@ void Server::Read(Client& client) {
 }
 
 void Server::TakeLine(Client& client, std::string_view line) {
-  const RequestLine request = Understand(line, permissions_);
+  RequestLine request = Understand(line, permissions_);
   if (const Json* answer = std::get_if<Json>(&request.asks)) {
     Reply(client, request.id, *answer);
   } else if (const Question* question = std::get_if<Question>(&request.asks)) {
     Reply(client, request.id, AnswerTo(*question));
+  } else if (Subscription* subscription = std::get_if<Subscription>(&request.asks)) {
+    Subscribe(client, std::move(request.id), std::move(*subscription));
   } else {
     Ask(client, request);
   }
+}
+
+int Server::LookAgainMs() const noexcept {
+  constexpr int kAnswerMs = 1;    // while the simulation is to answer
+  constexpr int kSamplesMs = 10;  // for a hundredth of the samples that there is room for
+  constexpr int kIdleMs = 100;
+  if (!asked_.empty()) return kAnswerMs;
+  const bool any = std::any_of(clients_.begin(), clients_.end(),
+                               [](const Client& client) { return client.subscription.every_ticks != 0; });
+  return any ? kSamplesMs : kIdleMs;
+}
+
+void Server::Subscribe(Client& client, std::string id, Subscription subscription) {
+  Reply(client, id, {{"result", "OK"}, {"tick", now_.sample.tick}});
+  client.subscription = std::move(subscription);
+  client.subscription_id = std::move(id);
+  client.sampled_tick = 0;
+  client.dropped_samples = 0;
+  ChooseSamples();
+}
+
+/// The simulation gives the samples that anybody wants.
+void Server::ChooseSamples() {
+  std::uint64_t every = 0;
+  for (const Client& client : clients_) every = std::gcd(every, client.subscription.every_ticks);
+  emulator_.SampleEvery(every);
+}
+
+void Server::PassSamplesOn() {
+  Telemetry sample;
+  while (emulator_.TryPopSample(sample)) {
+    for (Client& client : clients_) {
+      const std::uint64_t every = client.subscription.every_ticks;
+      if (every != 0 && sample.sample.tick % every == 0) PassOn(sample, client);
+    }
+  }
+}
+
+/// A sample that finds no room is dropped; the next one tells how many were.
+void Server::PassOn(const Telemetry& sample, Client& client) {
+  if (client.ended || client.output.size() > kMostSamples) return;
+  const std::uint64_t tick = sample.sample.tick;
+  const std::uint64_t every = client.subscription.every_ticks;
+  if (client.sampled_tick != 0) client.dropped_samples += (tick - client.sampled_tick) / every - 1;
+  client.sampled_tick = tick;
+  client.output += SampleLine(client.subscription_id, client.subscription, sample, client.dropped_samples);
 }
 
 Json Server::AnswerTo(Question question) {
@@ -186,8 +238,14 @@ Json Server::AnswerTo(Question question) {
   switch (question) {
     case Question::kStatus: {
       Json status = StatusToJson(now_);
+      status["stroke_in"] = permissions_.faults.surroundings.unfaulted->servo.stroke_in;
       status["buses"] = BusesToJson(buses_);
+      status["saturated"] = SaturatedToJson(emulator_);
       return status;
+    }
+    case Question::kStatistics: {
+      Json answer = {{"result", "OK"}, {"statistics", statistics_()}};
+      return answer;
     }
     case Question::kFaults:
       return FaultsToJson(faults_, now_.sample.tick, permissions_.faults);

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <list>
 #include <string>
 #include <string_view>
@@ -34,8 +35,10 @@ class Server {
   const std::filesystem::path& Path() const noexcept { return path_; }
   /// The descriptors to poll.
   void AddTo(std::vector<pollfd>& descriptors) const;
-  /// An answer of the simulation is waited for: look again soon.
-  bool Waits() const noexcept { return !asked_.empty(); }
+  /// After how long to look again when nothing comes [ms].
+  int LookAgainMs() const noexcept;
+  /// What answers `statistics`. @param ask  must not outlive what it refers to
+  void AnswerStatisticsBy(std::function<nlohmann::json()> ask) { statistics_ = std::move(ask); }
   /// From now on.
   void Permit(Permissions permissions) { permissions_ = std::move(permissions); }
   /// Takes and answers what there is. Never blocks. @param now, buses  the newest state
@@ -49,6 +52,10 @@ class Server {
     std::string output;
     bool ended = false;  ///< sends nothing more; closed when all its answers are out
     bool lost = false;   ///< does not read, or is gone: closed at once
+    Subscription subscription;
+    std::string subscription_id;     ///< as JSON
+    std::uint64_t sampled_tick = 0;  ///< of the newest sample that went to it
+    std::uint64_t dropped_samples = 0;
   };
   /// A request that the simulation has not answered yet.
   struct Asked {
@@ -66,6 +73,10 @@ class Server {
   nlohmann::json AnswerTo(Question question);
   void Ask(Client& client, const RequestLine& line);
   void TakeAnswers();
+  void Subscribe(Client& client, std::string id, Subscription subscription);
+  void ChooseSamples();
+  void PassSamplesOn();
+  static void PassOn(const Telemetry& sample, Client& client);
   bool IsOwed(const Client& client) const;
   static void Reply(Client& client, const std::string& id, const nlohmann::json& answer);
   static void Write(Client& client);
@@ -81,6 +92,7 @@ class Server {
   Telemetry now_;
   std::vector<BusReport> buses_;
   fault::Schedule faults_;
+  std::function<nlohmann::json()> statistics_ = [] { return nlohmann::json::object(); };
 };
 
 /// Where `servohil run` and `servohil fault` meet without being told: /run/servohil/servohil.sock if that

@@ -47,4 +47,14 @@ nlohmann::json StatusToJson(const Telemetry& now) {
           {"command_age_s", SecondsOf(now.status.command_age_ticks)}};
 }
 
+nlohmann::json SaturatedToJson(const Emulator& emulator) {
+  nlohmann::json saturated = nlohmann::json::object();
+  const Contract& contract = emulator.Frames();
+  for (std::size_t i = 0; i < contract.MessageCount(); ++i) {
+    if (const std::uint64_t frames = emulator.Sent().saturated[i].load(); frames > 0)
+      saturated[contract.MessageOf(i).name] = frames;
+  }
+  return saturated;
+}
+
 }  // namespace servohil::app::control

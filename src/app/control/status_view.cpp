@@ -1,0 +1,142 @@
+#include "status_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <vector>
+
+#include "../formatted.hpp"
+
+namespace servohil::app::control {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kWidth = 80;
+constexpr double kBarCells = 40.0;
+
+/// One line, cut where the screen ends; nothing that would move the cursor.
+std::string Line(std::string text) {
+  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == '\x7f'; };
+  std::replace_if(text.begin(), text.end(), is_control, ' ');
+  if (text.size() > kWidth) text = text.substr(0, kWidth - 3) + "...";
+  return text + '\n';
+}
+
+double Number(const Json& object, const char* name) {
+  const auto value = object.find(name);
+  return value != object.end() && value->is_number() ? value->get<double>() : std::nan("");
+}
+
+bool Flag(const Json& object, const char* name, bool missing) {
+  const auto value = object.find(name);
+  return value != object.end() && value->is_boolean() ? value->get<bool>() : missing;
+}
+
+std::string Text(const Json& value) {
+  return value.is_string() ? value.get<std::string>()
+                           : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// "[######------]" of what fills the range 0 to `full`.
+std::string Bar(double value, double full) {
+  const double cells = full > 0.0 ? std::clamp(value / full, 0.0, 1.0) * kBarCells : 0.0;
+  const auto filled = static_cast<std::size_t>(std::isfinite(cells) ? std::lround(cells) : 0);
+  return "[" + std::string(filled, '#') + std::string(static_cast<std::size_t>(kBarCells) - filled, '-') +
+         "]";
+}
+
+std::string Gauge(const Json& status, const char* label, const char* name, const char* unit, double full) {
+  const double value = Number(status, name);
+  return Line(Formatted("%-4s %10.4g %-5s ", label, value, unit) + Bar(value, full) + Formatted(" %g", full));
+}
+
+std::string Warnings(const Json& status) {
+  std::vector<std::string> warnings;
+  if (!Flag(status, "timing_valid", true)) {
+    warnings.push_back(Formatted("timing INVALID: %.0f late ticks, worst %.3f ms",
+                                 Number(status, "late_ticks"), Number(status, "worst_lateness_ms")));
+  }
+  if (Flag(status, "model_fault", false))
+    warnings.emplace_back("the model left its domain: last good values");
+  if (Flag(status, "stuck", false)) warnings.emplace_back("the piston is held by friction or a stop");
+  std::string text;
+  for (const std::string& warning : warnings) text += Line("warning    " + warning);
+  return text;
+}
+
+std::string Faults(const Json& faults) {
+  std::string text;
+  for (const Json& one : faults.value("faults", Json::array())) {
+    std::string line = Formatted("fault      %-24s %3.0f %%", one.value("fault", "").c_str(),
+                                 100.0 * one.value("share", 0.0));
+    const Json parameters = one.value("parameters", Json::object());
+    for (const auto& [name, value] : parameters.items())
+      line += " " + name + "=" + Text(value);
+    text += Line(line);
+  }
+  return text.empty() ? "fault      none\n" : text;
+}
+
+/// A list of objects: one line each.
+std::string List(const std::string& name, const Json& items) {
+  std::string text;
+  for (const Json& item : items) {
+    std::string line;
+    for (const auto& [key, value] : item.items())
+      line += " " + (key == "name" ? "" : key + " ") + Text(value);
+    text += Line(Formatted("%-10s", name.c_str()) + line);
+  }
+  return text;
+}
+
+std::string Rest(const Json& status) {
+  static const std::set<std::string> kShown = {"id",
+                                               "result",
+                                               "mode",
+                                               "tick",
+                                               "time_s",
+                                               "p1_psi",
+                                               "p2_psi",
+                                               "p3_psi",
+                                               "p4_psi",
+                                               "p8_psi",
+                                               "x3_in",
+                                               "v3_in_s",
+                                               "stroke_in",
+                                               "stuck",
+                                               "timing_valid",
+                                               "model_fault",
+                                               "late_ticks",
+                                               "worst_lateness_ms",
+                                               "active_faults",
+                                               "command_age_s"};
+  std::string text;
+  for (const auto& [name, value] : status.items()) {
+    if (kShown.count(name) != 0) continue;
+    text += value.is_array() ? List(name, value) : Line(Formatted("%-10s ", name.c_str()) + Text(value));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string StatusView(const Json& status, const Json& faults) {
+  const double supply_psi = Number(status, "p2_psi");
+  const std::string mode = status.value("mode", "");
+  std::string text = Line(Formatted("servohil   %-12s t %.1f s (tick %.0f)", mode.c_str(),
+                                    Number(status, "time_s"), Number(status, "tick")));
+  text += Gauge(status, "x3", "x3_in", "in", Number(status, "stroke_in"));
+  text += Line(Formatted("v3   %10.4g in/s", Number(status, "v3_in_s")));
+  text += Gauge(status, "P1", "p1_psi", "psi", supply_psi);
+  text += Gauge(status, "P3", "p3_psi", "psi", supply_psi);
+  text += Gauge(status, "P4", "p4_psi", "psi", supply_psi);
+  text += Gauge(status, "P8", "p8_psi", "psi", supply_psi);
+  text += Line(Formatted("P2   %10.4g psi", supply_psi));
+  text += mode == "WAITING" ? "command    none yet\n"
+                            : Line(Formatted("command    %.4g s old", Number(status, "command_age_s")));
+  return text + Rest(status) + Faults(faults) + Warnings(status);
+}
+
+}  // namespace servohil::app::control
