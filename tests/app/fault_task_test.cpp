@@ -32,7 +32,7 @@ class Bench {
   }
   /// Ticks under P1 0.4 psi above rest.
   Bench& For(int ticks) {
-    task->PutCommand({setup_.start.p1_psi + 0.4});
+    testing::Governor(*task).Send(setup_.start.p1_psi + 0.4);
     task->Run(ticks);
     return *this;
   }
