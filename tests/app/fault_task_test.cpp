@@ -9,6 +9,7 @@
 
 #include "default_setup.hpp"
 #include "injection_words.hpp"
+#include "servohil/app/quantity.hpp"
 #include "servohil/can/codec.hpp"
 #include "servohil/error.hpp"
 
@@ -181,7 +182,13 @@ TEST(FaultTask, GoesOnFromASnapshotAsIfItHadNeverEnded) {
   whole.For(2'000);
   rest.For(1).For(2'000);
   EXPECT_EQ(whole.task->Now().sample.state_hash, rest.task->Now().sample.state_hash);
-  EXPECT_EQ(whole.Published().back().measured.values, rest.Published().back().measured.values);
+  const Publication of_whole = whole.Published().back();
+  const Publication of_rest = rest.Published().back();
+  for (const Quantity& quantity : Quantities()) {
+    if (!quantity.repeatable) continue;  // frames are counted from the start of the process
+    EXPECT_EQ(of_whole.measured.values[IndexOf(quantity)], of_rest.measured.values[IndexOf(quantity)])
+        << quantity.name;
+  }
 }
 
 TEST(FaultTask, NoSnapshotHoldsThePastThatADelayNeeds) {
