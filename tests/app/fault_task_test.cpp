@@ -9,6 +9,7 @@
 
 #include "default_setup.hpp"
 #include "injection_words.hpp"
+#include "servohil/app/quantity.hpp"
 #include "servohil/can/codec.hpp"
 #include "servohil/error.hpp"
 
@@ -32,7 +33,10 @@ class Bench {
   }
   /// Ticks under P1 0.4 psi above rest.
   Bench& For(int ticks) {
-    governor_.Send(setup_.start.p1_psi + 0.4);
+    command_.p1_psi = setup_.start.p1_psi + 0.4;
+    ++command_.counts.Of(FrameVerdict::kValid);
+    ++command_.good;
+    task->PutCommand(command_);
     task->Run(ticks);
     return *this;
   }
@@ -55,12 +59,10 @@ class Bench {
 
  private:
   const testing::DefaultSetup& setup_;
+  Command command_;  ///< newest of the governor
 
  public:
   std::unique_ptr<SimulationTask> task;
-
- private:
-  testing::Governor governor_{*task};
 };
 
 double SignalIn(const testing::DefaultSetup& setup, std::size_t message, const char* name,
@@ -180,7 +182,13 @@ TEST(FaultTask, GoesOnFromASnapshotAsIfItHadNeverEnded) {
   whole.For(2'000);
   rest.For(1).For(2'000);
   EXPECT_EQ(whole.task->Now().sample.state_hash, rest.task->Now().sample.state_hash);
-  EXPECT_EQ(whole.Published().back().measured.values, rest.Published().back().measured.values);
+  const Publication of_whole = whole.Published().back();
+  const Publication of_rest = rest.Published().back();
+  for (const Quantity& quantity : Quantities()) {
+    if (!quantity.repeatable) continue;  // frames are counted from the start of the process
+    EXPECT_EQ(of_whole.measured.values[IndexOf(quantity)], of_rest.measured.values[IndexOf(quantity)])
+        << quantity.name;
+  }
 }
 
 TEST(FaultTask, NoSnapshotHoldsThePastThatADelayNeeds) {

@@ -467,6 +467,7 @@ TEST(Recording, OfAKilledProcessIsReadable) {
   }
   std::uint64_t while_written = 0;
   while (while_written < 10'000) {
+    ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "the child lives until it is killed";
     try {
       while_written = RecordingReader(scratch / "run").SampleCount();
     } catch (const UsageError&) {

@@ -291,7 +291,7 @@ def test_terminal_under_a_name_of_its_own(tmp_path, connect):
 def test_serial_adapter(start, connect):
     """The emulator as the host of an adapter: another emulator's terminal plays it, itself silent."""
     silent = settings(publish__position_ms=0, publish__pressures_ms=0, publish__relay_ms=0, publish__status_ms=0,
-                      publish__safety_ms=0)
+                      publish__bus_ms=0, publish__safety_ms=0)
     adapter = start(*silent, buses=2)
     with Emulator([adapter.urls[0]]) as emulator:
         client = connect(adapter, 1)

@@ -135,8 +135,8 @@ def test_invalid_frames_do_not_keep_it_running(governor):
     assert mode(answer) == DEGRADED, "three good frames, but not in a row"
 
 
-def test_protected_frames_come_back(start, connect, tmp_path):
-    """Published with AUTOSAR profile 11, checked by a checker of this test's own."""
+def protected_answers(start, connect, tmp_path, *arguments):
+    """An emulator that publishes SERVO_Position with AUTOSAR profile 11; what comes back of it, step by step."""
     dbc = tmp_path / "bench.dbc"
     dbc.write_text('BO_ 256 GOV_Command: 8 G\n SG_ P1_Demand : 16|20@1+ (0.001,0) [0|300] "psi" S\n'
                    'BO_ 512 SERVO_Position: 8 S\n SG_ CRC : 0|8@1+ (1,0) [0|255] "" G\n'
@@ -145,17 +145,44 @@ def test_protected_frames_come_back(start, connect, tmp_path):
     configuration.write_text('[load]\nfile = "%s"\n[can]\ndbc = ["%s"]\n[[can.publish]]\nmessage = "SERVO_Position"\n'
                              'cycle_ms = 10\ne2e = "autosar_p11"\ndata_id = 291\ncounter = "Count"\nchecksum = "CRC"\n'
                              % (REPOSITORY / "config" / "load_curve.csv", dbc))
-    emulator = start("-c", configuration, "--clock", "lockstep", *settings(lockstep__sync_id=SYNC_ID))
+    emulator = start("-c", configuration, "--clock", "lockstep", *settings(lockstep__sync_id=SYNC_ID), *arguments)
     client = connect(emulator)
-    counters = []
-    for _ in range(20):
+    while True:
         client.send(can.Message(arbitration_id=SYNC_ID, is_extended_id=False, data=b""))
-        data = bytes(client.bus.recv(20.0).data)
-        crc = 0
-        for byte in bytes([0x23, 0x01]) + data[1:]:
-            crc ^= byte
-            for _ in range(8):
-                crc = (crc << 1) & 0xFF ^ (0x1D if crc & 0x80 else 0)
-        assert data[0] == crc
+        yield bytes(client.bus.recv(20.0).data)
+
+
+def p11_checksum(data):
+    """Of this test's own: Data ID 0x0123, low byte first."""
+    crc = 0
+    for byte in bytes([0x23, 0x01]) + data[1:]:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc << 1) & 0xFF ^ (0x1D if crc & 0x80 else 0)
+    return crc
+
+
+def test_protected_frames_come_back(start, connect, tmp_path):
+    counters = []
+    for data, _ in zip(protected_answers(start, connect, tmp_path), range(20)):
+        assert data[0] == p11_checksum(data)
         counters.append(data[1] & 0xF)
     assert counters == [i % 15 for i in range(20)]
+
+
+def test_faults_of_the_protection_are_seen(start, connect, tmp_path):
+    """A lost frame leaves a gap, a stuck counter has a right checksum, a wrong checksum a right counter."""
+    path = tmp_path / "control.sock"
+    answers = protected_answers(start, connect, tmp_path, "--control", path)
+    assert next(answers)[1] & 0xF == 0
+    with Control(path) as control:
+        control.inject("counter_stuck", for_s=0.05)
+        stuck = [next(answers) for _ in range(5)]
+        assert [d[1] & 0xF for d in stuck] == [0] * 5 and all(d[0] == p11_checksum(d) for d in stuck)
+        assert next(answers)[1] & 0xF == 1
+        control.inject("checksum_wrong", for_s=0.05)
+        wrong = [next(answers) for _ in range(5)]
+        assert [d[1] & 0xF for d in wrong] == [2, 3, 4, 5, 6]
+        assert all(d[0] == p11_checksum(d) ^ 0xFF for d in wrong)
+        right = next(answers)
+        assert right[0] == p11_checksum(right) and right[1] & 0xF == 7
