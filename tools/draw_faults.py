@@ -23,6 +23,7 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 PICTURES = REPOSITORY / ".github" / "pictures" / "faults"
 REST_PSI, UP_PSI = 30.263, 31.5
 STEPS_S = ((0.0, REST_PSI), (0.3, UP_PSI), (0.6, REST_PSI), (1.3, UP_PSI), (1.6, REST_PSI))
+MOST_LATE_NS = 10_000_000
 FAULT_S, FOR_S, DURATION_S, CYCLE_S = 0.9, 1.0, 2.4, 0.01
 AIRY = ("servo.bulk_modulus_psi = 230000", "oil.air_fraction = 0.02", "stabilizer.enabled = true")
 STABILIZED = ("stabilizer.enabled = true",)
@@ -30,15 +31,19 @@ STABILIZED = ("stabilizer.enabled = true",)
 SPECIAL = {
     "air_entrainment": ({}, ("servo.bulk_modulus_psi = 230000",)),
     "bulk_modulus": ({"psi": 20000}, ()),
+    "cold_oil": ({"temperature_c": -20}, ()),
+    "hot_oil": ({"temperature_c": 120}, ()),
+    "main_spring_weak": ({"rate_lost": 0.8}, ()),
+    "piston_leak": ({"clearance_in": 0.02}, ()),
     "capillary_plugged": ({"area_lost": 0.8}, ()),
     "relay_port_silted": ({"width_lost": 0.8}, ()),
-    "plunger_worn": ({"underlap_in": 0.01}, ()),
+    "plunger_worn": ({"underlap_in": 0.02, "clearance_in": 0.01}, ()),
     "plunger_overlapped": ({"overlap_in": 0.01}, ()),
     "coulomb_friction": ({"psi": 40}, ()),
     "stiction": ({"psi": 60}, ()),
     "stabilizer_isolated": ({}, AIRY),
     "stabilizer_capillary_plugged": ({"area_lost": 0.95}, AIRY),
-    "gas_charge_lost": ({"volume_lost": 0.95}, AIRY),
+    "gas_charge_lost": ({"volume_lost": 0.99}, AIRY),
     "diaphragm_ruptured": ({}, AIRY),
     "stem_stuck": ({"from_in": 3.8, "over_in": 1}, ()),
     "tx_lost": ({"probability": 0.5}, ()),
@@ -54,19 +59,21 @@ class Mistake(Exception):
 
 
 def catalogue(program):
-    """{fault: part} and {fault: its own parameters}"""
+    """{fault: part} and {fault: its own parameters}, of those that have a picture"""
     text = subprocess.run([program, "fault", "list", "--markdown"], capture_output=True, text=True, check=True).stdout
-    parts, own, part = {}, {}, ""
+    parts, own, part, pictured = {}, {}, "", set()
     for line in text.splitlines():
         if match := re.match(r"## On the (.*)", line):
             part = match[1]
         elif match := re.match(r"### (\w+)", line):
             name = match[1]
             parts[name], own[name] = part, set()
+        elif match := re.match(r"!\[(\w+)\]", line):
+            pictured.add(match[1])
         elif match := re.match(r"\| `(\w+)`", line):
             if parts:
                 own[name].add(match[1])
-    return parts, own
+    return {fault: part for fault, part in parts.items() if fault in pictured}, own
 
 
 def scenario(name, part, own):
@@ -130,13 +137,25 @@ def record(program, name, part, own, folder):
     return folder / name
 
 
+def recorded(program, name, part, own, folder):
+    """In real time until the machine was not late: that would be another fault's picture."""
+    for attempt in range(10):
+        (folder / str(attempt)).mkdir()
+        recording = Recording(record(program, name, part, own, folder / str(attempt)))
+        late_ns = recording.samples["worst_lateness_ns"][-1] if len(recording.t_s) else 0
+        if recording.attributes["clock"] == "lockstep" or part == "emulator" or late_ns < MOST_LATE_NS:
+            return recording
+    raise Mistake(f"{name}: this machine is too busy for a run in real time")
+
+
 def picture(program, name, part, own, output):
     with tempfile.TemporaryDirectory() as folder:
-        recording = Recording(record(program, name, part, own, Path(folder)))
+        recording = recorded(program, name, part, own, Path(folder))
         recording.begin_with_the_first_command()
         of_frames = part in ("sensors", "bus", "emulator")
         draw(recording, output / f"{name}.png", panels=("p1_psi", "x3_in") if of_frames else ("x3_in", "p3_psi"),
-             size=(5.2, 2.7), dots=of_frames, window=(0.2, DURATION_S))
+             size=(5.2, 2.7), dots=of_frames, window=(0.2, DURATION_S),
+             as_on_the_bus=part in ("bus", "emulator"))
 
 
 def main():

@@ -29,11 +29,12 @@ class Recording:
             self.events = _columns(file["fault_events"]) if "fault_events" in file else None
             self.published_ticks = {name: group["tick"][:] for name, group in file["published"].items()}
         self.t_s = self.samples["tick"] * self.tick_s
-        self.name = self.directory.name
+        self.begin_s = None  # of the log: when the first command came
 
     def begin_with_the_first_command(self):
         """Time counts from there on."""
         import numpy
+        self.begin_s = next((f.timestamp for f in _frames(self.directory / LOG) if f.is_rx), None)
         first = int(numpy.argmax(self.samples["commanded"] != 0))
         begin = int(self.samples["tick"][first]) - 1 if len(self.samples["tick"]) else 0
         self.t_s = self.t_s - begin * self.tick_s
@@ -41,8 +42,9 @@ class Recording:
             self.events["tick"] = self.events["tick"].astype(float) - begin
         self.published_ticks = {name: ticks.astype(float) - begin for name, ticks in self.published_ticks.items()}
 
-    def published(self, signals):
-        """{signal: (times, values)} as the frames carried them: bus.log, decoded with the recorded DBC."""
+    def published(self, signals, as_on_the_bus=False):
+        """{signal: (times, values)} as the frames carried them: bus.log, decoded with the recorded DBC. Times are those
+        for which the values were true, or (after begin_with_the_first_command) those of the frames on the bus."""
         messages = self._messages(signals)
         points = {signal: ([], []) for signal in messages}
         if not points:
@@ -56,9 +58,10 @@ class Recording:
             tick = self.published_ticks[message.name][count[message.name]]
             count[message.name] += 1
             values = message.decode(bytes(frame.data))
+            time_s = frame.timestamp - self.begin_s if as_on_the_bus else tick * self.tick_s
             for signal, its in messages.items():
                 if its is message and signal in values:
-                    points[signal][0].append(tick * self.tick_s)
+                    points[signal][0].append(time_s)
                     points[signal][1].append(float(values[signal].phys_value))
         return points
 
@@ -92,7 +95,7 @@ def is_recording(path):
 
 
 def draw(recording, output, window=None, title="", panels=("p1_psi", "x3_in", "pressures", "friction"), size=None,
-         dots=True):
+         dots=True, as_on_the_bus=False):
     """A picture of a recording; `window` in s. @return the figure's path"""
     import matplotlib
     matplotlib.use("Agg")
@@ -101,7 +104,7 @@ def draw(recording, output, window=None, title="", panels=("p1_psi", "x3_in", "p
     heights = [0.35 if name == "friction" else 1.3 if name == "x3_in" else 1.0 for name in panels]
     figure, axes = plt.subplots(len(panels), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights},
                                 figsize=size or (10, 1.2 + 1.9 * sum(heights)))
-    published = recording.published({SIGNALS[p] for p in panels if p in SIGNALS}) if dots else {}
+    published = recording.published({SIGNALS[p] for p in panels if p in SIGNALS}, as_on_the_bus) if dots else {}
     for name, (panel,) in zip(panels, axes):
         _panel(panel, name, recording, published, window)
         panel.set_xlim(*window)
@@ -124,7 +127,7 @@ def _panel(panel, name, recording, published, window):
                 continue  # no stabilizer
             _line(panel, recording, column, window, colour, column[:2].upper())
         panel.set_ylabel("pressure [psi]")
-        panel.legend(loc="upper right", fontsize=7, ncol=4)
+        _legend(panel, 4)
     elif name == "friction":
         _strip(panel, recording, window)
     else:
@@ -133,12 +136,18 @@ def _panel(panel, name, recording, published, window):
         times, values = published.get(SIGNALS.get(name), ((), ()))
         if times:
             panel.plot(times, values, ".", markersize=3, color="#c0392b", label="in the frames")
-            panel.legend(loc="upper right", fontsize=7, ncol=2)
+            _legend(panel, 2)
         panel.set_ylabel(f"{name.split('_', 1)[0]} [{unit}]")
         panel.ticklabel_format(useOffset=False)
         low, high = panel.get_ylim()
         if high - low < 0.004:  # at rest: not the last digits
             panel.set_ylim(0.5 * (low + high) - 0.002, 0.5 * (low + high) + 0.002)
+
+
+def _legend(panel, columns):
+    """Above the panel, at the right: it hides no curve."""
+    panel.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), borderaxespad=0.0, frameon=False, fontsize=7,
+                 ncol=columns, handlelength=1.2, columnspacing=1.0)
 
 
 def _line(panel, recording, column, window, colour, label):
@@ -175,7 +184,7 @@ def _strip(panel, recording, window):
         shown.append(state)
     panel.set_yticks([])
     panel.set_ylabel("piston")
-    panel.legend(loc="upper right", fontsize=7, ncol=len(MOTIONS))
+    _legend(panel, len(MOTIONS))
     panel.set_xlim(*window)
 
 

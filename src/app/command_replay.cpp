@@ -58,6 +58,8 @@ Telemetry RunAgain(const Rerun& rerun, const RecordingOptions& recording, AfterT
   if (rerun.end_tick <= first_tick)
     throw UsageError("replay: there is nothing to replay: not one tick was recorded");
   options.duration_ticks = rerun.end_tick - first_tick;
+  options.safety = LawOf(rerun.configuration.safety);
+  options.supervised = false;
   options.recorder = recorder.get();
   const auto task = std::make_unique<SimulationTask>(rerun.configuration.model, start, options);
   if (rerun.from) task->Restore(*rerun.from);

@@ -171,19 +171,18 @@ std::vector<std::string> BusNames(const can::Network& network) {
   return names;
 }
 
-FaultContext FaultContextOf(const Setup& setup, const can::Network& network, Clock clock) {
-  const LockstepSettings& lockstep = setup.configuration.lockstep;
+FaultContext FaultContextOf(const Setup& setup, const can::Network& network,
+                            const std::vector<can::WantedId>& wanted, Clock clock) {
   FaultContext context;
   context.contract = &setup.contract;
   context.surroundings.unfaulted = &setup.configuration.model;
   context.surroundings.real_time = clock == Clock::kReal;
+  context.surroundings.counter = setup.contract.AnyPublished([](const can::E2eLayout&) { return true; });
+  context.surroundings.checksum = setup.contract.AnyPublished(can::HasChecksum);
   for (const auto& bus : network.Buses()) {
     const char* why = bus->WhyNoErrorFrames();
     if (why != nullptr) context.surroundings.why_no_error_frames = why;
-    if (bus->Interface().empty() || !context.received.empty()) continue;
-    context.received.push_back(setup.contract.CommandId());
-    if (clock == Clock::kLockstep && lockstep.sync_id >= 0)
-      context.received.push_back(static_cast<std::uint32_t>(lockstep.sync_id));
+    if (!bus->Interface().empty()) context.received = wanted;
   }
   return context;
 }
@@ -231,6 +230,9 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   emulator_options.task = TaskOptionsOf(options, configuration.loop);
   emulator_options.clock = options.clock;
   emulator_options.lockstep = configuration.lockstep;
+  emulator_options.command_cycle_ms = configuration.can.command.cycle_ms;
+  emulator_options.max_counter_jump = configuration.can.command.max_counter_jump;
+  emulator_options.safety = Resolved(configuration.safety, configuration.can.command.cycle_ms);
   emulator_options.real_time = options.real_time;
   if (options.clock == Clock::kLockstep && configuration.can.emulate_bit_rate_bit_s != 0)
     emulator_options.lockstep_bus = BusModelOf(configuration.can);
@@ -238,9 +240,10 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
   std::optional<FaultMessages> fault_messages;
   if (configuration.fault.allow_can) fault_messages.emplace(configuration);
   CheckBusLoad(setup.contract, configuration.can);
+  const can::BusOptions bus_options = BusOptionsOf(setup, emulator_options, fault_messages);
   can::Network network(
       ResolveBuses(options.buses.empty() ? configuration.can.buses : options.buses, configuration.can),
-      BusOptionsOf(setup, emulator_options, fault_messages));
+      bus_options);
   ReportBuses(network, configuration.can.bit_rate_bit_s);
 
   const RunTexts texts = DescribeConfiguration(configuration);
@@ -248,7 +251,7 @@ int RunOnBus(const Options& options, const Setup& setup, const std::optional<Sna
       options.recording.Open(texts, setup.contract, options.clock == Clock::kReal ? "real time" : "lockstep",
                              from, BusNames(network));
   emulator_options.task.recorder = recorder.get();
-  const FaultContext faults = FaultContextOf(setup, network, options.clock);
+  const FaultContext faults = FaultContextOf(setup, network, bus_options.wanted, options.clock);
   const control::Permissions permissions = PermissionsOf(configuration, faults, network);
   std::optional<FaultPort> fault_port;
   if (fault_messages) {
@@ -303,6 +306,8 @@ int RunFast(const Options& options, const Setup& setup, const std::optional<Snap
   if (options.script.empty() || options.duration_s == 0.0)
     throw UsageError("run: --clock fast needs --script FILE and --duration S");
   TaskOptions task_options = TaskOptionsOf(options, setup.configuration.loop);
+  task_options.safety = LawOf(setup.configuration.safety);
+  task_options.supervised = false;
   const std::vector<Influence> script = ReadP1Script(options.script);
   const RunTexts texts = DescribeConfiguration(setup.configuration);
   const auto recorder = options.recording.Open(texts, setup.contract, "fast", from, {});

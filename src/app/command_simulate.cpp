@@ -119,6 +119,7 @@ int Simulate(const Options& options) {
   const auto recorder = OpenRecording(options, configuration);
   TaskOptions task_options;
   task_options.duration_ticks = TicksOf(options.duration_s);
+  task_options.supervised = false;
   if (scenario) scenario->AddTo(task_options);
   task_options.recorder = recorder.get();
   const auto task = std::make_unique<SimulationTask>(configuration.model, start, task_options);

@@ -124,6 +124,11 @@ class Loader {
     CheckCycle("publish.pressures_ms", config_.publish.pressures_ms);
     CheckCycle("publish.relay_ms", config_.publish.relay_ms);
     CheckCycle("publish.status_ms", config_.publish.status_ms);
+    CheckCycle("publish.safety_ms", config_.publish.safety_ms);
+    if (!(config_.safety.p1_minimum_psi < config_.safety.p1_maximum_psi)) {
+      Fail("safety.p1_minimum_psi", Number(config_.safety.p1_minimum_psi),
+           "must be below safety.p1_maximum_psi = " + Number(config_.safety.p1_maximum_psi));
+    }
     CheckCycle("publish.bus_ms", config_.publish.bus_ms);
     const double dissolution_psi = config_.model.oil.dissolution_pressure_psi;
     if (dissolution_psi > 0.0 && dissolution_psi < 20.0) {
@@ -208,8 +213,8 @@ class Loader {
   }
   void Assign(const Key& key, const toml::node& node, std::string& target) const {
     const auto value = node.value_exact<std::string>();
-    constexpr std::array kMayBeEmpty = {"load.closing_file", "can.command.unit", "can.command.enable",
-                                        "can.command.trip"};
+    constexpr std::array kMayBeEmpty = {"load.closing_file", "can.command.unit",    "can.command.enable",
+                                        "can.command.trip",  "can.command.counter", "can.command.checksum"};
     const bool may_be_empty = std::any_of(kMayBeEmpty.begin(), kMayBeEmpty.end(), [&](const char* name) {
       return std::string_view(key.name) == name;
     });

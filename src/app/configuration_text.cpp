@@ -68,10 +68,21 @@ std::string SignalToml(const SignalSettings& signal) {
   return text + " }";
 }
 
+std::string ProtectionToml(const ProtectionSettings& protection) {
+  if (protection.profile == can::E2eProfile::kNone) return {};
+  std::string text = "e2e = " + AsToml{}(protection.profile) + '\n';
+  if (protection.data_id != can::kNoDataId) text += "data_id = " + std::to_string(protection.data_id) + '\n';
+  text += "data_id_mode = " + AsToml{}(protection.data_id_mode) + '\n';
+  if (!protection.counter.empty()) text += "counter = " + Quoted(protection.counter) + '\n';
+  if (!protection.checksum.empty()) text += "checksum = " + Quoted(protection.checksum) + '\n';
+  return text;
+}
+
 std::string PublishedToml(const MessageSettings& message) {
   std::string text = "[[can.publish]]\nmessage = " + Quoted(message.message) + '\n';
   if (message.cycle_ms != 0) text += "cycle_ms = " + std::to_string(message.cycle_ms) + "\n";
   if (message.on_change) text += "on_change = true\n";
+  text += ProtectionToml(message.protection);
   if (!message.signals.empty()) text += "[can.publish.signals]\n";
   for (const SignalSettings& signal : message.signals)
     text += signal.signal + " = " + SignalToml(signal) + '\n';

@@ -106,6 +106,21 @@ can::Frame Contract::Encode(std::size_t message, const Telemetry& telemetry, con
   return frame;
 }
 
+void Contract::Protect(std::size_t message, unsigned counter, bool wrong_checksum,
+                       can::Frame& frame) const noexcept {
+  const std::optional<can::E2eLayout>& protection = outgoing_[message].protection;
+  if (!protection) return;
+  const std::span<std::uint8_t> data(frame.data.data(), frame.size);
+  can::Protect(*protection, frame.id, counter % protection->modulus, data);
+  if (wrong_checksum) can::InvertChecksum(*protection, data);
+}
+
+bool Contract::AnyPublished(bool (*has)(const can::E2eLayout&)) const noexcept {
+  return std::any_of(outgoing_.begin(), outgoing_.end(), [&](const PublishedMessage& message) {
+    return message.protection && has(*message.protection);
+  });
+}
+
 std::uint64_t Contract::CycleTicks(std::size_t message) const noexcept {
   return static_cast<std::uint64_t>(outgoing_[message].cycle_ms) * kTicksPerMs;
 }

@@ -65,6 +65,8 @@ class CommandBinder {
                              : LineThrough(settings_.scale, configuration_.PlaceOf("can.command.scale") +
                                                                 ": can.command.scale: ");
     CheckP1Range(found, incoming.p1_to_psi, configuration_, place);
+    incoming.protection = BindProtection(*found.database, *found.message, settings_.protection,
+                                         configuration_.PlaceOf("can.command.e2e") + ": ");
   }
 
   void Bind(const char* key, const std::string& text, std::optional<Condition> ReceivedMessage::*member) {
@@ -89,10 +91,26 @@ class CommandBinder {
       throw UsageError(place + found.database->file + ":" + std::to_string(found.message->line) +
                        ": message '" + found.message->name +
                        "' has an 11-bit identifier, can.command.pgn = true is for J1939's 29-bit ones");
+    if (settings_.pgn) CheckGroup(incoming, found.signal->name, place);
     const bool cycle_stated = !incoming_.empty() && found.message->cycle_ms > 0;
     incoming.cycle_ms = cycle_stated ? found.message->cycle_ms : settings_.cycle_ms;
     incoming_.push_back(incoming);
     return incoming_.back();
+  }
+
+  /// Another message of the files in this group would be read as this one: right for the same of another
+  /// source, which has the signal, too.
+  void CheckGroup(const ReceivedMessage& incoming, const std::string& signal,
+                  const std::string& place) const {
+    for (const can::Database& file : databases_.files) {
+      for (const can::Message& other : file.messages) {
+        if (!incoming.pattern.Matches(other.id, other.extended) || other.FindSignal(signal) != nullptr)
+          continue;
+        throw UsageError(place + file.file + ":" + std::to_string(other.line) + ": message '" + other.name +
+                         "' has the parameter group of '" + incoming.message->name +
+                         "', can.command.pgn = true would read it as that one");
+      }
+    }
   }
 
   const can::Databases& databases_;
@@ -114,6 +132,21 @@ std::vector<ReceivedMessage> BindCommand(const can::Databases& databases,
   return CommandBinder(databases, configuration).Bind();
 }
 
+std::optional<can::E2eLayout> BindProtection(const can::Database& database, const can::Message& message,
+                                             const ProtectionSettings& settings, const std::string& place) {
+  if (settings.profile == can::E2eProfile::kNone) return std::nullopt;
+  const auto signal = [&](const std::string& name) {
+    return name.empty() ? nullptr : &database.RequireSignal(message, name);
+  };
+  try {
+    const can::E2eSettings bound{settings.profile, settings.data_id, settings.data_id_mode,
+                                 signal(settings.counter), signal(settings.checksum)};
+    return can::MakeE2eLayout(bound, message);
+  } catch (const UsageError& error) {
+    throw UsageError(place + error.what());
+  }
+}
+
 void CheckIdentifiers(std::span<const ReceivedMessage> incoming, std::span<const PublishedMessage> outgoing) {
   std::vector<Identified> all;
   for (const ReceivedMessage& one : incoming) all.push_back({one.database, one.message, one.pattern});
@@ -125,12 +158,11 @@ void CheckIdentifiers(std::span<const ReceivedMessage> incoming, std::span<const
       const auto named = [](const Identified& one) {
         return one.message->name + " (" + one.database->file + ":" + std::to_string(one.message->line) + ")";
       };
-      throw UsageError(named(all[i]) + " is " +
-                       (all[i].message == all[j].message
-                            ? "named twice in the configuration: both received and "
-                              "published, or published twice"
-                            : "on the bus with the identifier of " + named(all[j]) +
-                                  ": can.command.pgn = true leaves the source open"));
+      const bool twice = all[i].message == all[j].message;
+      throw UsageError(named(all[i]) +
+                       (twice ? " is named twice in the configuration: both received and published, "
+                                "or published twice"
+                              : " has the identifier of " + named(all[j])));
     }
   }
 }

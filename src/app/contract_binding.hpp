@@ -2,6 +2,8 @@
 /// From the names in the configuration to messages and signals of the DBC files; whatever does not fit is
 /// found here.
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "servohil/app/contract.hpp"
@@ -16,6 +18,11 @@ std::vector<ReceivedMessage> BindCommand(const can::Databases& databases, const 
 /// @throws UsageError: unknown names, units, cycle times, a range that the stroke leaves
 std::vector<PublishedMessage> BindPublished(const can::Databases& databases,
                                             const Configuration& configuration);
+
+/// How a message is protected; nothing: it is not. @param place  of the configuration, for errors
+/// @throws UsageError: unknown signals, fields that do not fit the profile
+std::optional<can::E2eLayout> BindProtection(const can::Database& database, const can::Message& message,
+                                             const ProtectionSettings& settings, const std::string& place);
 
 /// @throws UsageError: two messages with one identifier
 void CheckIdentifiers(std::span<const ReceivedMessage> incoming, std::span<const PublishedMessage> outgoing);

@@ -29,6 +29,7 @@ constexpr std::array kDefaultMessages = std::to_array<DefaultMessage>({
     {"SERVO_Pressures", &PublishSettings::pressures_ms},
     {"SERVO_Relay", &PublishSettings::relay_ms},
     {"SERVO_Bus", &PublishSettings::bus_ms},
+    {"SERVO_Safety", &PublishSettings::safety_ms},
     {"SERVO_Status", &PublishSettings::status_ms},
 });
 
@@ -37,7 +38,7 @@ std::vector<MessageSettings> MessagesOf(const Configuration& configuration) {
   std::vector<MessageSettings> messages;
   for (const DefaultMessage& one : kDefaultMessages) {
     const int cycle_ms = configuration.publish.*one.cycle_ms;
-    if (cycle_ms != 0) messages.push_back({one.name, cycle_ms, false, {}, {}});
+    if (cycle_ms != 0) messages.push_back({one.name, cycle_ms, false, {}, {}, {}});
   }
   return messages;
 }
@@ -79,8 +80,12 @@ class MessageBinder {
         found_(FindMessage(databases, settings.message, place_)) {}
 
   PublishedMessage Bind() {
-    PublishedMessage outgoing{found_.database, found_.message, CycleMs(), settings_.on_change, {}};
+    PublishedMessage outgoing{found_.database, found_.message, CycleMs(), settings_.on_change, {}, {}};
+    outgoing.protection = BindProtection(*found_.database, *found_.message, settings_.protection, place_);
+    if (outgoing.protection && settings_.on_change)
+      throw UsageError(place_ + found_.message->name + ": on_change and e2e: a counter changes always");
     for (const SignalSettings& signal : SignalsOf()) Bind(signal);
+    NumberFields();
     for (const std::optional<std::int64_t> value : PageValues()) outgoing.pages.push_back(PageOf(value));
     return outgoing;
   }
@@ -112,7 +117,7 @@ class MessageBinder {
     if (!settings_.signals.empty()) return settings_.signals;
     std::vector<SignalSettings> by_name;
     for (const can::Signal& signal : found_.message->signals) {
-      if (signal.multiplexing == can::Multiplexing::kSelector) continue;
+      if (signal.multiplexing == can::Multiplexing::kSelector || IsProtection(signal.name)) continue;
       const Quantity* const quantity = FindQuantity(signal.name);
       if (quantity == nullptr) {
         throw UsageError(
@@ -128,8 +133,14 @@ class MessageBinder {
     return by_name;
   }
 
+  bool IsProtection(const std::string& signal) const {
+    return signal == settings_.protection.counter || signal == settings_.protection.checksum;
+  }
+
   void Bind(const SignalSettings& settings) {
     const std::string place = settings.place.empty() ? place_ : settings.place + ": ";
+    if (IsProtection(settings.signal))
+      throw UsageError(place + found_.message->name + "." + settings.signal + " is written by e2e");
     const FoundSignal found = FindSignal(found_, settings.signal, place);
     if (found.signal->multiplexing == can::Multiplexing::kSelector)
       throw UsageError(place + found.Place() + found.Name() +
@@ -145,9 +156,18 @@ class MessageBinder {
                                ? ConversionOf(found, settings.unit, quantity->unit, true, place)
                                : LineThrough(settings.scale, place + found.Name() + ".scale: ");
     CheckStroke(found, *quantity, convert, settings, place);
-    const int number = std::min(static_cast<int>(bound_.size()), kMostFields - 1);
-    const Field field{found.signal, quantity, convert, number, IsMeasured(*quantity)};
+    const Field field{found.signal, quantity, convert, 0, IsMeasured(*quantity)};
     bound_.push_back({found.signal, field, {}, {}});
+  }
+
+  /// In the order of the DBC file, whatever that of the configuration.
+  void NumberFields() {
+    std::sort(bound_.begin(), bound_.end(),
+              [](const Bound& a, const Bound& b) { return a.signal < b.signal; });
+    int number = 0;
+    for (Bound& bound : bound_) {
+      if (bound.field) bound.field->number = std::min(number++, kMostFields - 1);
+    }
   }
 
   static FoundSignal FindSignal(const can::Databases::Found& found, const std::string& name,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "contract_names.hpp"
@@ -52,7 +53,11 @@ std::string LinearText(const Linear& linear) {
   return text;
 }
 
-std::string SignalLine(const can::Signal& signal, const std::string& meaning) {
+/// What a double cannot hold of its raw values is said.
+std::string SignalLine(const can::Signal& signal, std::string meaning) {
+  const bool wide =
+      signal.type == can::ValueType::kInteger && signal.length_bits > std::numeric_limits<double>::digits;
+  if (wide && meaning.rfind("always ", 0) != 0) meaning += ", rounded beyond 2^53 steps";
   return "    " + Padded(signal.name, kNameWidth) + " " + Padded(PlaceText(signal), kPlaceWidth) + " " +
          meaning + "\n";
 }

@@ -32,14 +32,23 @@ constexpr int kLookForRequestsMs = 2;  ///< in lockstep, where no tick does
 /// In lockstep each answer has every message, whatever its cycle.
 TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contract) {
   TaskOptions task = options.task;
+  task.safety = LawOf(options.safety);
   if (options.clock == Clock::kReal) {
     task.cycle_ticks = contract.Cycles();
+    task.max_age_ns = static_cast<std::int64_t>(options.safety.max_age_ms * kNsPerMs);
     task.stall = [](double ms) noexcept {
       rt::SleepUntil(rt::MonotonicNs() + static_cast<std::int64_t>(ms * kNsPerMs));
     };
   }
   task.tell_lateness = contract.MessagesCarrying("recent_lateness_ms");
   return task;
+}
+
+CommandGuard GuardOf(const EmulatorOptions& options, const Contract& contract) {
+  CommandGuard guard(options.safety, options.command_cycle_ms);
+  const ReceivedMessage& command = contract.IncomingMessages().front();
+  if (command.protection) guard.Check(*command.protection, static_cast<unsigned>(options.max_counter_jump));
+  return guard;
 }
 
 }  // namespace
@@ -50,7 +59,9 @@ Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState
       network_(network),
       options_(options),
       task_(std::make_unique<SimulationTask>(parameters, start, TaskOptionsOf(options, contract))),
-      receiver_(std::make_unique<Receiver>(contract, *task_, options.task.recorder, network.Buses().size())),
+      receiver_(std::make_unique<Receiver>(
+          contract, GuardOf(options, contract), *task_, options.task.recorder, network.Buses().size(),
+          options.clock == Clock::kReal ? FrameClock::kReal : FrameClock::kSimulated)),
       sender_(std::make_unique<Sender>(contract, *task_, network, options.task.recorder)),
       loop_(options.task.loop.wake_ticks * kTickNs,
             static_cast<std::uint64_t>(options.task.loop.grace_ms * kTicksPerMs /
@@ -193,10 +204,11 @@ void Emulator::RunLockstep() {
     TakeFaultRequest(*frame);
     task_->ServeRequests();
     SendFaultResponses();
+    const std::uint64_t valid_before = receiver_->ValidCommands();
     const bool is_command = receiver_->Take(*frame);
     if (!LetsTimePass(*frame, is_command)) continue;
     receiver_->TakeDelayed();
-    goes_on = task_->Run(options_.lockstep.ticks);
+    goes_on = task_->Run(options_.lockstep.ticks, IsSilence(valid_before));
     sender_->SendAll(stop_, order);
   }
   Finish();
@@ -225,8 +237,10 @@ void Emulator::RunModelledLockstep() {
         !frame->remote && contract_.IncomingMessages().front().pattern.Matches(frame->id, frame->extended);
     if (!LetsTimePass(*frame, is_command)) continue;
     const std::uint64_t end = tick + static_cast<std::uint64_t>(options_.lockstep.ticks);
+    const std::uint64_t valid_before = receiver_->ValidCommands();
+    const bool by_sync = options_.lockstep.sync_id >= 0;
     for (auto passed = lockstep_bus_->Next(end); passed; passed = lockstep_bus_->Next(end)) {
-      goes_on = goes_on && task_->Run(static_cast<int>(passed->tick - tick));
+      goes_on = goes_on && task_->Run(static_cast<int>(passed->tick - tick), by_sync);
       tick = passed->tick;
       receiver_->Take(passed->frame);
       TakeFaultRequest(passed->frame);
@@ -234,7 +248,7 @@ void Emulator::RunModelledLockstep() {
     task_->ServeRequests();
     SendFaultResponses();
     receiver_->TakeDelayed();
-    goes_on = goes_on && task_->Run(static_cast<int>(end - tick));
+    goes_on = goes_on && task_->Run(static_cast<int>(end - tick), IsSilence(valid_before));
     sender_->SendAll(stop_, lockstep_bus_->Order());
     lockstep_bus_->OfferAnswer(end);
   }
@@ -263,6 +277,11 @@ void Emulator::SendFaultResponse(const can::Frame& frame) noexcept {
   const bool sent = network_.Send(frame) == can::SendResult::kSent;
   Recorder* recorder = options_.task.recorder;
   if (sent && recorder != nullptr) recorder->RecordSent(task_->Clock(), kMostMessages, frame);
+}
+
+/// A valid command is never late: time waits for it. A cycle without one is silence.
+bool Emulator::IsSilence(std::uint64_t valid_before) const noexcept {
+  return options_.lockstep.sync_id >= 0 || receiver_->ValidCommands() == valid_before;
 }
 
 bool Emulator::LetsTimePass(const can::Frame& frame, bool is_command) const noexcept {

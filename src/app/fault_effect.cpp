@@ -59,7 +59,8 @@ double Probability(const fault::Spec& spec, const Values& values) {
 
 }  // namespace
 
-std::string WhyNoEffect(const fault::Spec& spec, const fault::Injection& injection, const FaultContext& context) {
+std::string WhyNoEffect(const fault::Spec& spec, const fault::Injection& injection,
+                        const FaultContext& context) {
   const double probability = Probability(spec, injection.values);
   if (probability == 0.0) return "no effect: probability = 0";
   const bool changes =

@@ -1,6 +1,6 @@
 #pragma once
-/// Whether a fault that is asked for would change anything: faults that are accepted and have no effect are not
-/// passed over in silence.
+/// Whether a fault that is asked for would change anything: faults that are accepted and have no effect are
+/// not passed over in silence.
 
 #include <string>
 
@@ -9,6 +9,7 @@
 namespace servohil::app {
 
 /// One line; empty: it has an effect.
-std::string WhyNoEffect(const fault::Spec& spec, const fault::Injection& injection, const FaultContext& context);
+std::string WhyNoEffect(const fault::Spec& spec, const fault::Injection& injection,
+                        const FaultContext& context);
 
 }  // namespace servohil::app

@@ -148,12 +148,16 @@ Trigger FrameOf(const Word& word) {
 }
 
 /// A frame that never comes would start nothing.
-void RequireReceived(const Trigger& trigger, const std::vector<std::uint32_t>& received) {
+void RequireReceived(const Trigger& trigger, const std::vector<can::WantedId>& received) {
+  const auto is_it = [&](const can::WantedId& wanted) {
+    return wanted.extended == trigger.extended && ((wanted.id ^ trigger.frame_id) & wanted.mask) == 0;
+  };
   if (trigger.kind != Trigger::Kind::kFrame || received.empty() ||
-      std::find(received.begin(), received.end(), trigger.frame_id) != received.end())
+      std::any_of(received.begin(), received.end(), is_it))
     return;
   std::string all;
-  for (const std::uint32_t id : received) all += (all.empty() ? "" : ", ") + Formatted("0x%X", id);
+  for (const can::WantedId& wanted : received)
+    all += (all.empty() ? "" : ", ") + Formatted("0x%X", wanted.id);
   throw UsageError(Formatted("when_frame = 0x%X: is not received on a kernel's interface; received are ",
                              trigger.frame_id) +
                    all);

@@ -19,7 +19,7 @@ struct FaultContext {
   fault::Surroundings surroundings;
   const Contract* contract = nullptr;  ///< null: nothing is published
   /// Identifiers that a kernel's filter lets through; empty: all.
-  std::vector<std::uint32_t> received = {};
+  std::vector<can::WantedId> received = {};
 };
 
 /// "fraction" = 0.02, "signal" = "x3", "when" = "x3_in > 5"

@@ -11,6 +11,7 @@ namespace servohil::app {
 namespace {
 
 constexpr std::int64_t kLongestCycleMs = 10'000;
+constexpr int kLargestDataId = 65'535;
 
 std::string Shown(const toml::node& node) {
   std::ostringstream out;
@@ -44,6 +45,26 @@ class Table {
     const auto flag = node->value_exact<bool>();
     if (!flag) Fail(key, *node, "must be true or false");
     return *flag;
+  }
+  int Number(const char* key, int preset, int most) {
+    const toml::node* const node = Take(key);
+    if (node == nullptr) return preset;
+    const auto value = node->value_exact<std::int64_t>();
+    if (!value || *value < 0 || *value > most)
+      Fail(key, *node, "must be a whole number from 0 to " + std::to_string(most));
+    return static_cast<int>(*value);
+  }
+  template <typename Enum>
+  Enum Choice(const char* key, Enum preset) {
+    const std::string text = Text(key);
+    if (text.empty()) return preset;
+    const auto names = NamesOf(preset);
+    std::string all;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (text == names[i]) return static_cast<Enum>(i);
+      all += (all.empty() ? "" : ", ") + std::string(names[i]);
+    }
+    Fail(key, *table_.get(key), "must be one of " + all);
   }
   void RefuseOthers() const {
     for (const auto& [key, node] : table_) {
@@ -115,6 +136,11 @@ MessageSettings ReadMessage(const toml::table& node, const PlaceOfNode& place) {
   settings.message = table.Text("message");
   if (settings.message.empty()) throw UsageError(settings.place + ": can.publish: `message` is missing");
   settings.on_change = table.Flag("on_change");
+  settings.protection.profile = table.Choice("e2e", can::E2eProfile::kNone);
+  settings.protection.data_id = table.Number("data_id", can::kNoDataId, kLargestDataId);
+  settings.protection.data_id_mode = table.Choice("data_id_mode", can::DataIdMode::kBoth);
+  settings.protection.counter = table.Text("counter");
+  settings.protection.checksum = table.Text("checksum");
   if (const toml::node* const cycle = table.Take("cycle_ms")) {
     const auto value = cycle->value_exact<std::int64_t>();
     if (!value || *value < 1 || *value > kLongestCycleMs)

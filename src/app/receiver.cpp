@@ -1,24 +1,25 @@
 #include "servohil/app/receiver.hpp"
 
+#include <algorithm>
+
+#include "servohil/app/ticks.hpp"
 #include "servohil/rt/clock.hpp"
 
 namespace servohil::app {
-namespace {
 
-/// A kernel's receive stamp on the clock of the loop; 0 where there is none.
-std::int64_t ArrivalNs(const can::Frame& frame) noexcept {
-  if (frame.receive_time_ns == 0) return 0;
-  return rt::MonotonicNs() - (rt::RealTimeNs() - frame.receive_time_ns);
+/// A frame without a receive stamp is as young as it is read.
+FrameTime Receiver::TimeOf(const can::Frame& frame) const noexcept {
+  if (clock_ == FrameClock::kSimulated) return {static_cast<std::int64_t>(task_.Clock()) * kTickNs, 0, 0};
+  const std::int64_t now_ns = rt::MonotonicNs();
+  if (frame.receive_time_ns == 0) return {now_ns, 0, 0};
+  const std::int64_t age_ns = std::max<std::int64_t>(0, rt::RealTimeNs() - frame.receive_time_ns);
+  return {now_ns - age_ns, age_ns, now_ns - age_ns};
 }
-
-}  // namespace
 
 bool Receiver::Take(const can::Frame& frame) noexcept {
   task_.TakeFaultsOfReceiver(faults_);
   const std::uint64_t next_tick = task_.Clock() + 1;
-  CommandRejection rejection{};
-  const std::optional<Demand> demand = contract_.Decode(frame, rejection);
-  const bool is_command = demand && demand->p1_psi;
+  const bool is_command = !frame.remote && contract_.IsCommand(frame);
   if (fault::LineAt(faults_, next_tick).down) {
     ++counters_.faulted;
     return is_command;
@@ -54,7 +55,13 @@ void Receiver::Evaluate(const can::Frame& frame) noexcept {
     return;
   }
   if (faults_.WaitsForFrame(frame.id, frame.extended)) task_.PutFrame(frame.id, frame.extended);
-  TakeCommand(frame);
+  CommandRejection why{};
+  const std::optional<Demand> demand = contract_.Decode(frame, why);
+  if (contract_.IsCommand(frame)) {
+    TakeCommand(frame, demand, why);
+  } else {
+    TakeCondition(frame, demand, why);
+  }
 }
 
 void Receiver::TakeError(const can::Frame& frame) noexcept {
@@ -74,27 +81,32 @@ bool Receiver::IsOurs(const can::Frame& frame) const noexcept {
   return false;
 }
 
-void Receiver::TakeCommand(const can::Frame& frame) noexcept {
-  CommandRejection rejection{};
-  const std::optional<Demand> demand = contract_.Decode(frame, rejection);
-  if (demand) Merge(*demand, command_);
-  switch (rejection) {
-    case CommandRejection::kNone:
-      break;
-    case CommandRejection::kUnknownId:
-      ++counters_.foreign;
-      break;
-    case CommandRejection::kMalformed:
-      ++counters_.malformed;
-      break;
-    case CommandRejection::kOutOfRange:
-      ++counters_.out_of_range;
-      break;
+/// A frame of the message with P1; a multiplexed one may have other signals.
+void Receiver::TakeCommand(const can::Frame& frame, const std::optional<Demand>& demand,
+                           CommandRejection why) noexcept {
+  const bool has_p1 = why == CommandRejection::kMalformed || why == CommandRejection::kOutOfRange ||
+                      (demand && demand->p1_psi);
+  if (!has_p1) {
+    TakeCondition(frame, demand, why);
+    return;
   }
-  if (!demand || !demand->p1_psi) return;
-  command_.arrival_ns = ArrivalNs(frame);
-  task_.PutCommand(command_);
-  ++counters_.commands;
+  const FrameVerdict verdict = guard_.Judge(frame, demand, why, TimeOf(frame));
+  task_.PutCommand(guard_.Newest());
+  ++counters_.of[static_cast<std::size_t>(verdict)];
+  counters_.lost = guard_.Newest().counts.lost;
+}
+
+/// Any other frame: enable or trip, or nothing to us.
+void Receiver::TakeCondition(const can::Frame& frame, const std::optional<Demand>& demand,
+                             CommandRejection why) noexcept {
+  if (demand) {
+    guard_.TakeCondition(*demand, TimeOf(frame));
+    task_.PutCommand(guard_.Newest());
+  } else if (why == CommandRejection::kMalformed) {
+    ++counters_.of[static_cast<std::size_t>(FrameVerdict::kMalformed)];
+  } else {
+    ++counters_.foreign;
+  }
 }
 
 }  // namespace servohil::app

@@ -62,7 +62,7 @@ void Comparison::Compare(Telemetry recorded, Telemetry replayed) {
   ++compared_;
   const auto columns = SampleColumns();
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (!columns[i].repeatable) continue;
+    if (!columns[i].repeatable || !recording_.HasColumn(i)) continue;
     std::visit(
         [&](auto place) {
           const auto was = place(recorded);

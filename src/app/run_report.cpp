@@ -57,6 +57,16 @@ std::string TimingSummary(const Emulator& emulator, const EmulatorOptions& optio
   return text;
 }
 
+std::string SafetySummary(const ReceiveCounters& in, const Status& end) {
+  using V = FrameVerdict;
+  std::string text = Formatted("safety   %s (%s), %llu times lost, %llu trips; refused:", NameOf(end.safety),
+                               NameOf(end.safety_cause), Count{end.losses}, Count{end.trips});
+  for (const V verdict :
+       {V::kCorrupted, V::kRepeated, V::kStuck, V::kReordered, V::kJumped, V::kStale, V::kTooFast})
+    text += Formatted(" %llu %s,", Count{in.Of(verdict)}, NameOf(verdict));
+  return text + Formatted(" %llu never came\n", Count{in.lost.load()});
+}
+
 std::string SaturationSummary(const Contract& contract, const SendCounters& out) {
   std::string text;
   for (std::size_t i = 0; i < contract.MessageCount(); ++i) {
@@ -80,6 +90,10 @@ const char* NameOf(Mode mode) {
       return "MODEL_FAULT";
     case Mode::kFrozen:
       return "FROZEN";
+    case Mode::kDegraded:
+      return "DEGRADED";
+    case Mode::kTripped:
+      return "TRIPPED";
     default:
       return "STOPPED";
   }
@@ -127,8 +141,9 @@ std::string Summary(const Emulator& emulator, const can::Network& network, const
   text += Formatted(
       "in       %llu commands, %llu of other ids, %llu malformed, %llu out of range, "
       "%llu with our ids\n",
-      count(in.commands), count(in.foreign), count(in.malformed), count(in.out_of_range),
-      count(in.conflicting));
+      Count{in.Of(FrameVerdict::kValid)}, count(in.foreign), Count{in.Of(FrameVerdict::kMalformed)},
+      Count{in.Of(FrameVerdict::kOutOfRange)}, count(in.conflicting));
+  text += SafetySummary(in, emulator.Final().status);
   text += Formatted("out      %llu published, %llu not sent, %llu superseded, %llu lost in the program\n",
                     count(out.published), count(out.not_sent), count(out.superseded),
                     Count{emulator.TelemetryDropped()});

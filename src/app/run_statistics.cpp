@@ -1,4 +1,6 @@
 #include "run_statistics.hpp"
+
+#include "control/status.hpp"
 #include "formatted.hpp"
 
 #include <fstream>
@@ -43,19 +45,25 @@ Json WorstToJson(const Emulator& emulator, int wake_ticks) {
   return worst;
 }
 
+Json SafetyToJson(const Status& status) {
+  return {{"state", NameOf(status.safety)},
+          {"cause", NameOf(status.safety_cause)},
+          {"losses", status.losses},
+          {"trips", status.trips}};
+}
+
 Json TrafficToJson(const Emulator& emulator) {
   const ReceiveCounters& in = emulator.Received();
   const SendCounters& out = emulator.Sent();
-  Json saturated = Json::object();
-  for (std::size_t i = 0; i < emulator.Frames().MessageCount(); ++i) {
-    if (const std::uint64_t frames = out.saturated[i].load(); frames > 0)
-      saturated[emulator.Frames().MessageOf(i).name] = frames;
-  }
-  return {{"commands", in.commands.load()},      {"foreign", in.foreign.load()},
-          {"malformed", in.malformed.load()},    {"out_of_range", in.out_of_range.load()},
-          {"published", out.published.load()},   {"not_sent", out.not_sent.load()},
-          {"superseded", out.superseded.load()}, {"unchanged", out.unchanged.load()},
-          {"saturated", std::move(saturated)}};
+  Json json = {{"foreign", in.foreign.load()}};
+  for (std::size_t i = 0; i < kFrameVerdicts; ++i) json[kFrameVerdictNames[i]] = in.of[i].load();
+  json["lost"] = in.lost.load();
+  json["published"] = out.published.load();
+  json["not_sent"] = out.not_sent.load();
+  json["superseded"] = out.superseded.load();
+  json["unchanged"] = out.unchanged.load();
+  json["saturated"] = control::SaturatedToJson(emulator);
+  return json;
 }
 
 void Replace(const std::filesystem::path& file, const std::string& text) {
@@ -79,6 +87,7 @@ Json StatisticsToJson(const Emulator& emulator, const Telemetry& now, const can:
                {"clock", options.clock == Clock::kReal ? "real" : "lockstep"},
                {"tick", now.sample.tick},
                {"mode", NameOf(now.status.mode)},
+               {"safety", SafetyToJson(now.status)},
                {"timing_valid", now.status.TimingValid()},
                {"wake_ticks", options.task.loop.wake_ticks},
                {"late", LateToJson(now.status, options.task.loop.max_catch_up_ticks)},

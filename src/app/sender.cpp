@@ -100,12 +100,13 @@ void Sender::SendStopped() noexcept {
 void Sender::Send(std::size_t message, Publication& publication) noexcept {
   publication.telemetry.bus = bus_;
   const fault::Transmission& fate = publication.fate;
+  // A frame that is lost on its way has had its counter: the receiver is to miss it.
+  const std::optional<can::Frame> frame = Next(message, publication);
+  if (!frame) return;
   if (fate.lost || publication.telemetry.status.line_down) {
     ++counters_.faulted;
     return;
   }
-  const std::optional<can::Frame> frame = Next(message, publication);
-  if (!frame) return;
   const Telemetry& telemetry = publication.telemetry;
   Outgoing outgoing{*frame, message, telemetry.sample.tick, telemetry.status.command_arrival_ns};
   fault::FlipBits({outgoing.frame.data.data(), outgoing.frame.size}, fate.flipped_bits, fate.flip_key);
@@ -142,7 +143,10 @@ std::optional<can::Frame> Sender::Next(std::size_t message, const Publication& p
     return std::nullopt;
   }
   newest = frame;
-  return frame;
+  can::Frame protected_frame = frame;
+  if (!publication.fate.counter_stuck) ++written.counter;
+  contract_.Protect(message, written.counter, publication.fate.checksum_wrong, protected_frame);
+  return protected_frame;
 }
 
 void Sender::FollowFaults() noexcept {

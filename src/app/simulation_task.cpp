@@ -9,7 +9,7 @@ namespace servohil::app {
 
 SimulationTask::SimulationTask(const model::Parameters& parameters, const model::SteadyState& start,
                                TaskOptions options)
-    : simulation_(parameters, start), options_(std::move(options)) {
+    : simulation_(parameters, start), options_(std::move(options)), supervisor_(options_.safety) {
   now_.sample = simulation_.Now();
   now_.outputs = simulation_.Outputs();
 }
@@ -17,10 +17,11 @@ SimulationTask::SimulationTask(const model::Parameters& parameters, const model:
 void SimulationTask::Restore(const Snapshot& snapshot) noexcept {
   simulation_.Restore(snapshot.sample, snapshot.faults);
   PutFaults();
-  command_ = snapshot.command;
+  supervisor_.Restore(snapshot.safety);
   command_tick_ = snapshot.command_tick;
   now_.sample = snapshot.sample;
   now_.status.commanded = snapshot.commanded;
+  TakeStatus();
   first_tick_ = snapshot.sample.tick;
   first_command_tick_ = snapshot.sample.tick;
   clock_ = first_tick_;
@@ -33,10 +34,10 @@ bool SimulationTask::GoesOn() const noexcept {
   return now_.sample.tick - begin + frozen_ticks_ < (waits ? options_.wait_ticks : options_.duration_ticks);
 }
 
-bool SimulationTask::Run(int ticks) noexcept {
+bool SimulationTask::Run(int ticks, bool silence_counts) noexcept {
   bool goes_on = GoesOn();
   for (int i = 0; i < ticks && goes_on; ++i) {
-    Tick();
+    Tick(silence_counts);
     Publish(now_.sample.tick);
     PublishSample();
     TakeDueSnapshots();
@@ -55,7 +56,9 @@ bool SimulationTask::Wake(const rt::LoopTiming& timing) noexcept {
     return false;
   }
   const bool freezes = overrun && options_.loop.overrun == Overrun::kFreeze;
-  return freezes || now_.status.mode == Mode::kFrozen ? StandStill() : Run(options_.loop.wake_ticks);
+  if (freezes || now_.status.mode == Mode::kFrozen) return StandStill();
+  // Late itself, the emulator cannot know whether the governor is: what it missed waits to be read.
+  return Run(options_.loop.wake_ticks, timing.behind == 0);
 }
 
 /// More is to be caught up than the limit allows; each time is counted once.
@@ -92,19 +95,28 @@ bool SimulationTask::StandStill() noexcept {
 void SimulationTask::TakeCommand() noexcept {
   Command command;
   if (!commands_.Take(command)) return;
-  if (command.arrival_ns != 0) arrival_to_tick_.Record(rt::MonotonicNs() - command.arrival_ns);
-  SetCommand(command);
+  now_.status.frames = command.counts;
+  const std::int64_t age_ns = command.arrival_ns != 0 ? rt::MonotonicNs() - command.arrival_ns : 0;
+  const bool fresh_enough = options_.max_age_ns == 0 || age_ns <= options_.max_age_ns;
+  if (!supervisor_.Hear(command, fresh_enough)) return;
+  if (command.arrival_ns != 0) arrival_to_tick_.Record(age_ns);
+  FollowGovernor(command.p1_psi, command.arrival_ns);
 }
 
-void SimulationTask::SetCommand(const Command& command) noexcept {
+/// Any command, the governor's or a local one.
+void SimulationTask::NoteCommand(std::int64_t arrival_ns) noexcept {
   if (!now_.status.commanded) first_command_tick_ = now_.sample.tick;
-  command_ = command;
   command_tick_ = now_.sample.tick;
   now_.status.commanded = true;
-  now_.status.command_arrival_ns = command.arrival_ns;
+  now_.status.command_arrival_ns = arrival_ns;
+}
+
+void SimulationTask::FollowGovernor(double p1_psi, std::int64_t arrival_ns) noexcept {
+  supervisor_.SetDemand(p1_psi);
+  NoteCommand(arrival_ns);
   Request request;
-  request.kind = Request::Kind::kCommand;
-  request.p1_psi = command.p1_psi;
+  request.kind = Request::Kind::kGovernor;
+  request.p1_psi = p1_psi;
   Influenced(request);
 }
 
@@ -130,19 +142,46 @@ void SimulationTask::TakeFrame(std::uint32_t id, bool extended) noexcept {
   Influenced(request);
 }
 
-void SimulationTask::Tick() noexcept {
+bool SimulationTask::FollowLocal(double p1_psi) noexcept {
+  const SafetyState from = supervisor_.Now().state;
+  if (!supervisor_.TakeLocal(p1_psi)) return false;
+  TellSafetyChange(from, now_.sample.tick + 1);
+  NoteCommand(0);
+  return true;
+}
+
+void SimulationTask::ChangeSafety(const Supervisor::Decision& decision) noexcept {
+  const SafetyState from = supervisor_.Now().state;
+  supervisor_.Change(decision);
+  TellSafetyChange(from, now_.sample.tick + 1);
+  Request request;
+  request.kind = Request::Kind::kSafety;
+  request.safety = decision.to;
+  request.safety_cause = decision.cause;
+  Influenced(request);
+}
+
+void SimulationTask::TellSafetyChange(SafetyState from, std::uint64_t tick) noexcept {
+  const SupervisorState& now = supervisor_.Now();
+  if (now.state != from) safety_changes_.TryPush({tick, from, now.state, now.cause});
+}
+
+void SimulationTask::Tick(bool silence_counts) noexcept {
   ServeRequests();
   TakeFrames();
-  TakeCommand();
+  if (options_.supervised) {
+    TakeCommand();
+    if (const auto decision = supervisor_.Decide(silence_counts)) ChangeSafety(*decision);
+  }
   FollowScript();
-  Status& status = now_.status;
-  now_.sample = status.commanded ? simulation_.Tick(command_.p1_psi) : simulation_.Rest();
-  status.command_age_ticks = now_.sample.tick - command_tick_;
-  status.active_faults = simulation_.Faults().CountActive(now_.sample.tick);
-  status.line_down = fault::LineAt(simulation_.Faults(), now_.sample.tick).down;
-  status.mode = now_.sample.model_fault ? Mode::kModelFault
-                : status.commanded      ? Mode::kRunning
-                                        : Mode::kWaiting;
+  const double p1_psi = supervisor_.P1(now_.sample.p1_psi);
+  now_.sample = supervisor_.Rests() ? simulation_.Rest() : simulation_.Tick(p1_psi);
+  const SafetyState from = supervisor_.Now().state;
+  if (now_.sample.model_fault && from != SafetyState::kFaulted) {
+    supervisor_.Change({SafetyState::kFaulted, SafetyCause::kModelFault});  // so does a replay: not recorded
+    TellSafetyChange(from, now_.sample.tick);
+  }
+  TakeStatus();
   ObserveFaults();
   TellFaults();
   if (options_.recorder != nullptr) options_.recorder->RecordTick(now_);
@@ -150,6 +189,21 @@ void SimulationTask::Tick() noexcept {
   if (options_.stall == nullptr) return;
   const fault::Stall stall = fault::StallAt(simulation_.Faults(), now_.sample.tick);
   if (stall.ms > 0.0) options_.stall(stall.ms);
+}
+
+void SimulationTask::TakeStatus() noexcept {
+  constexpr Mode kModes[] = {Mode::kWaiting, Mode::kRunning, Mode::kDegraded, Mode::kTripped,
+                             Mode::kModelFault};
+  const SupervisorState& safety = supervisor_.Now();
+  Status& status = now_.status;
+  status.command_age_ticks = now_.sample.tick - command_tick_;
+  status.active_faults = simulation_.Faults().CountActive(now_.sample.tick);
+  status.line_down = fault::LineAt(simulation_.Faults(), now_.sample.tick).down;
+  status.safety = safety.state;
+  status.safety_cause = safety.cause;
+  status.losses = safety.losses;
+  status.trips = safety.trips;
+  status.mode = kModes[static_cast<std::size_t>(safety.state)];
 }
 
 /// All quantities, of which there are outputs now.
@@ -253,7 +307,8 @@ bool SimulationTask::TakeSnapshot() noexcept {
     snapshots_refused_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
-  snapshots_.TryPush({now_.sample, command_, now_.status.commanded, command_tick_, simulation_.Faults()});
+  snapshots_.TryPush(
+      {now_.sample, supervisor_.Now(), now_.status.commanded, command_tick_, simulation_.Faults()});
   return true;
 }
 
@@ -297,7 +352,13 @@ Answer SimulationTask::Serve(const Request& request) noexcept {
       faults.ClearAll(next_tick);
       break;
     case Request::Kind::kCommand:
-      SetCommand({request.p1_psi});
+      if (!FollowLocal(request.p1_psi)) answer.result = Answer::Result::kNotFollowed;
+      break;
+    case Request::Kind::kGovernor:
+      FollowGovernor(request.p1_psi, 0);
+      break;
+    case Request::Kind::kSafety:
+      ChangeSafety({request.safety, request.safety_cause});
       break;
     case Request::Kind::kSnapshot:
       answer.tick = now_.sample.tick;
@@ -308,8 +369,11 @@ Answer SimulationTask::Serve(const Request& request) noexcept {
       break;
   }
   PutFaults();
-  const bool is_influence = request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
-                            request.kind == Request::Kind::kClearAll;
+  // The governor's and the supervision's record themselves.
+  const bool is_influence =
+      request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
+      request.kind == Request::Kind::kClearAll ||
+      (request.kind == Request::Kind::kCommand && answer.result == Answer::Result::kApplied);
   if (is_influence) Influenced(request);
   return answer;
 }

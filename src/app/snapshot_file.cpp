@@ -14,7 +14,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kVersion = 2;
+constexpr int kVersion = 3;  // 3: the supervision's state
+constexpr int kOldestVersion = 2;
 constexpr const char* kFormat = "servohil snapshot";
 
 /// Finds damage, not malice.
@@ -114,6 +115,15 @@ fault::Schedule ScheduleFromJson(const Json& list) {
   return faults;
 }
 
+Json ToJson(const SupervisorState& s) {
+  return {{"state", static_cast<int>(s.state)},
+          {"cause", static_cast<int>(s.cause)},
+          {"governed", s.governed},
+          {"silent_ticks", s.silent_ticks},
+          {"losses", s.losses},
+          {"trips", s.trips}};
+}
+
 Json ToJson(const Snapshot& snapshot) {
   const Sample& sample = snapshot.sample;
   const model::State& s = sample.state;
@@ -134,9 +144,30 @@ Json ToJson(const Snapshot& snapshot) {
           {"model_fault", sample.model_fault},
           {"state_hash", sample.state_hash},
           {"commanded", snapshot.commanded},
-          {"command_p1_psi", snapshot.command.p1_psi},
+          {"command_p1_psi", snapshot.safety.demand_psi},
           {"command_tick", snapshot.command_tick},
+          {"safety", ToJson(snapshot.safety)},
           {"faults", ToJson(snapshot.faults)}};
+}
+
+/// @param json  of a snapshot; before version 3 a command was followed for ever
+SupervisorState SupervisorFromJson(const Json& json, const Snapshot& snapshot) {
+  SupervisorState s;
+  json.at("command_p1_psi").get_to(s.demand_psi);
+  if (!json.contains("safety")) {
+    s.state = snapshot.sample.model_fault ? SafetyState::kFaulted
+              : snapshot.commanded        ? SafetyState::kRunning
+                                          : SafetyState::kWaiting;
+    return s;
+  }
+  const Json& safety = json.at("safety");
+  s.state = EnumOf(safety.at("state"), SafetyState::kFaulted);
+  s.cause = EnumOf(safety.at("cause"), SafetyCause::kModelFault);
+  safety.at("governed").get_to(s.governed);
+  safety.at("silent_ticks").get_to(s.silent_ticks);
+  safety.at("losses").get_to(s.losses);
+  safety.at("trips").get_to(s.trips);
+  return s;
 }
 
 Snapshot FromJson(const Json& json) {
@@ -160,8 +191,8 @@ Snapshot FromJson(const Json& json) {
   json.at("model_fault").get_to(sample.model_fault);
   json.at("state_hash").get_to(sample.state_hash);
   json.at("commanded").get_to(snapshot.commanded);
-  json.at("command_p1_psi").get_to(snapshot.command.p1_psi);
   json.at("command_tick").get_to(snapshot.command_tick);
+  snapshot.safety = SupervisorFromJson(json, snapshot);
   snapshot.faults = ScheduleFromJson(json.at("faults"));
   return snapshot;
 }
@@ -235,9 +266,10 @@ SnapshotFile ReadSnapshot(const std::filesystem::path& file) {
   if (!whole.is_object() || whole.value("format", Json()) != kFormat)
     throw UsageError(name + ": no servohil snapshot (\"format\" is not \"" + kFormat + "\")");
   try {
-    if (const int version = whole.at("version"); version != kVersion) {
+    if (const int version = whole.at("version"); version < kOldestVersion || version > kVersion) {
       throw UsageError(name + ": is a snapshot of version " + std::to_string(version) +
-                       ", this program reads " + std::to_string(kVersion));
+                       ", this program reads " + std::to_string(kOldestVersion) + " to " +
+                       std::to_string(kVersion));
     }
     const Json& content = whole.at("content");
     if (whole.at("checksum") != Checksum(ContentText(content)))

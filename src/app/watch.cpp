@@ -51,6 +51,7 @@ void Watch::Run(const StopSignals& signals) {
     ended = Wait(signals);
     ended = TakeSignals(signals) || ended;
     if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
+    LogSafetyChanges();
     LogFaults();
     LogSaturation();
     buses_.Look();
@@ -110,6 +111,22 @@ void Watch::LogWhatWentWrong() {
     timing_valid_ = false;
     spdlog::warn("late ticks before tick {}: the run is INVALID", now_.sample.tick);
   }
+}
+
+void Watch::LogSafetyChanges() {
+  SafetyChange change;
+  while (emulator_.TryPopSafetyChange(change)) {
+    const bool well = change.to == SafetyState::kRunning;
+    spdlog::log(well ? spdlog::level::info : spdlog::level::warn,
+                "command: {} from tick {} on, {} before: {}{}", NameOf(change.to), change.tick,
+                NameOf(change.from), NameOf(change.cause),
+                change.to == SafetyState::kDegraded ? OnLossText() : "");
+  }
+}
+
+std::string Watch::OnLossText() const {
+  const OnLoss on_loss = options_.safety.on_loss;
+  return std::string("; safety.on_loss = \"") + NamesOf(on_loss)[static_cast<std::size_t>(on_loss)] + '"';
 }
 
 /// Each signal once.

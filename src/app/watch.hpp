@@ -35,6 +35,8 @@ class Watch {
   void Reload();
   void TellThatItLives();
   void LogWhatWentWrong();
+  void LogSafetyChanges();
+  std::string OnLossText() const;
   void LogSaturation();
   void LogFaults();
   void WriteStatisticsSoFar();

@@ -71,10 +71,6 @@ std::uint8_t Checksum(const E2eLayout& layout, std::uint32_t frame_id, unsigned 
   }
 }
 
-bool HasChecksum(const E2eLayout& layout) noexcept {
-  return layout.profile != E2eProfile::kNone && layout.profile != E2eProfile::kCounter;
-}
-
 bool SendsNibble(const E2eLayout& layout) noexcept {
   return layout.has_data_id && layout.data_id_mode == DataIdMode::kNibble;
 }
@@ -97,6 +93,10 @@ void Protect(const E2eLayout& layout, std::uint32_t frame_id, unsigned counter,
   layout.counter.Write(counter, data);
   if (SendsNibble(layout)) layout.nibble.Write(HighByte(layout), data);
   if (HasChecksum(layout)) layout.checksum.Write(Checksum(layout, frame_id, counter, data), data);
+}
+
+void InvertChecksum(const E2eLayout& layout, std::span<std::uint8_t> data) noexcept {
+  if (HasChecksum(layout)) layout.checksum.Write(~layout.checksum.Read(data), data);
 }
 
 bool IsIntact(const E2eLayout& layout, std::uint32_t frame_id, std::span<const std::uint8_t> data) noexcept {

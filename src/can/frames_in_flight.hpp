@@ -2,6 +2,7 @@
 /// Frames that a socket has accepted and that are not on the bus yet: in the interface's queue, or in a
 /// controller whom nobody acknowledges.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -23,7 +24,7 @@ class FramesInFlight {
   static constexpr std::size_t kMost =
       256;  ///< more than any queue of a CAN interface; the rest is not young
 
-  std::int64_t sent_ns_[kMost] = {};  ///< when the newest ones were accepted, in a circle
+  std::array<std::int64_t, kMost> sent_ns_{};  ///< when the newest ones were accepted, in a circle
   std::size_t next_ = 0;
   std::uint32_t frame_bytes_ = 0;  ///< that one frame takes, as seen: 0: none yet
 };

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <system_error>
 
@@ -121,7 +122,7 @@ int SetBitTiming(const std::string& name, const LinkSettings& settings, std::str
   constexpr double kPerMille = 1000.0;
   can_bittiming timing{};
   timing.bitrate = settings.bit_rate_bit_s;
-  timing.sample_point = static_cast<std::uint32_t>(settings.sample_point * kPerMille + 0.5);
+  timing.sample_point = static_cast<std::uint32_t>(std::lround(settings.sample_point * kPerMille));
   return SetController(name, IFLA_CAN_BITTIMING, timing, reason);
 }
 

@@ -84,7 +84,7 @@ inline constexpr std::array kBusFaults = std::to_array<Spec>({
      {},
      "The counter in published frames stands still, with a checksum that is right.",
      [](Transmission& t, const V&, double, Random&) noexcept { t.counter_stuck = true; },
-     Needs::kProtection},
+     Needs::kCounter},
     {87,
      "checksum_wrong",
      Part::kBus,
@@ -93,7 +93,7 @@ inline constexpr std::array kBusFaults = std::to_array<Spec>({
      [](Transmission& t, const V& v, double share, Random& random) noexcept {
        t.checksum_wrong = random.Chance(share * v[0]) || t.checksum_wrong;
      },
-     Needs::kProtection,
+     Needs::kChecksum,
      false,
      true},
     {88,

@@ -64,8 +64,10 @@ const char* OnlyWith(Needs needs) noexcept {
       return "stabilizer.enabled = true";
     case Needs::kBus:
       return "a bus: servohil run";
-    case Needs::kProtection:
-      return "published messages that have a counter and a checksum";
+    case Needs::kCounter:
+      return "a published message with a counter: e2e in [[can.publish]]";
+    case Needs::kChecksum:
+      return "a published message with a checksum: e2e in [[can.publish]]";
     case Needs::kErrorFrames:
       return "vcan, which carries error frames";
     case Needs::kRealTime:
@@ -86,8 +88,12 @@ const char* Unsupported(const Spec& spec, const Surroundings& surroundings) noex
       return surroundings.unfaulted->stabilizer.enabled ? nullptr : "stabilizer.enabled is false";
     case Needs::kBus:
       return surroundings.has_bus ? nullptr : "this run has no bus";
-    case Needs::kProtection:
-      return surroundings.protection ? nullptr : "no published message has a counter and a checksum";
+    case Needs::kCounter:
+      return surroundings.counter ? nullptr
+                                  : "no published message has a counter: set e2e in [[can.publish]]";
+    case Needs::kChecksum:
+      return surroundings.checksum ? nullptr
+                                   : "no published message has a checksum: set e2e in [[can.publish]]";
     case Needs::kErrorFrames:
       return surroundings.has_bus ? surroundings.why_no_error_frames : "this run has no bus";
     case Needs::kRealTime:

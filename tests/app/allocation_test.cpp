@@ -67,12 +67,13 @@ TEST(Allocations, AndPageFaultsAreNoneInTenThousandTicksAfterTheStart) {
     rt::PrefaultStack();
     rt::PeriodicLoop loop(100'000);
     const std::atomic<bool> stop{false};
+    testing::Governor governor(*task);
     Publication drained;
     const long faults_before = rt::ThreadPageFaults();
     const long allocations_before = allocations_of_this_thread;
     loop.Run(stop, [&](const rt::LoopTiming& timing) noexcept {
       if (timing.wakes % 100 == 0)
-        task->PutCommand({setup.start.p1_psi + static_cast<double>(timing.wakes) * 1e-4});
+        governor.Send(setup.start.p1_psi + static_cast<double>(timing.wakes) * 1e-4);
       while (task->TryPopPublication(drained)) {
       }
       return task->Wake(timing);
@@ -109,7 +110,7 @@ TEST(Allocations, AndPageFaultsAreNoneWhereFaultsAct) {
   const testing::DefaultSetup setup({"stabilizer.enabled=true", "load.beyond=\"hold\""});
   const auto make = [&] {
     auto task = std::make_unique<SimulationTask>(setup.configuration.model, setup.start, setup.Options());
-    task->PutCommand({setup.start.p1_psi});
+    testing::Governor(*task).Send(setup.start.p1_psi);
     return task;
   };
   EXPECT_GE(RunAllFaults(*make()), 2U) << "and the program's own pages are there";

@@ -6,7 +6,7 @@ namespace servohil::app {
 namespace {
 
 TEST(BusLoad, AddsUpWhatIsSentAndReceived) {
-  const testing::DefaultSetup setup({"publish.relay_ms=0", "publish.bus_ms=0"});
+  const testing::DefaultSetup setup({"publish.relay_ms=0", "publish.safety_ms=0", "publish.bus_ms=0"});
   double bits_per_s = 0.0;
   const auto loads = setup.contract.BusLoad();
   for (const Contract::Load& load : loads) bits_per_s += load.bits_per_s;

@@ -8,7 +8,7 @@
 namespace servohil::app::testing {
 
 /// Numbers of the messages that the default configuration publishes.
-enum : std::size_t { kPosition, kPressures, kRelay, kBus, kStatus, kMessageCount };
+enum : std::size_t { kPosition, kPressures, kRelay, kBus, kSafety, kStatus, kMessageCount };
 
 inline constexpr const char* kConfigurationFile = SERVOHIL_CONFIG_DIR "/servohil.toml";
 
@@ -31,6 +31,24 @@ struct DefaultSetup {
   model::Derived derived;
   model::SteadyState start;
   Contract contract;
+};
+
+/// A governor whose frames are all valid.
+class Governor {
+ public:
+  explicit Governor(SimulationTask& task) : task_(task) {}
+
+  void Send(double p1_psi) {
+    command_.p1_psi = p1_psi;
+    ++command_.counts.Of(FrameVerdict::kValid);
+    ++command_.good;
+    ++command_.good_in_a_row;
+    task_.PutCommand(command_);
+  }
+
+ private:
+  SimulationTask& task_;
+  Command command_;
 };
 
 }  // namespace servohil::app::testing

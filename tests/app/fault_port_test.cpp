@@ -52,8 +52,9 @@ TEST(FaultPort, TellsWhatItsMessagesLack) {
     const FaultPort port(request, MessageNamed("FAULT_Response"), {});
     FAIL();
   } catch (const std::exception& error) {
-    EXPECT_STREQ(error.what(),
-                 "fault.allow_can = true: message FAULT_Request has no signal Value (config/servohil.dbc has it)");
+    EXPECT_STREQ(
+        error.what(),
+        "fault.allow_can = true: message FAULT_Request has no signal Value (config/servohil.dbc has it)");
   }
 }
 

@@ -1,4 +1,5 @@
 #include "servohil/app/recording/recorder.hpp"
+#include "servohil/app/recording/sample_columns.hpp"
 
 #include <gtest/gtest.h>
 #include <hdf5.h>
@@ -466,6 +467,7 @@ TEST(Recording, OfAKilledProcessIsReadable) {
   }
   std::uint64_t while_written = 0;
   while (while_written < 10'000) {
+    ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "the child lives until it is killed";
     try {
       while_written = RecordingReader(scratch / "run").SampleCount();
     } catch (const UsageError&) {
@@ -534,6 +536,30 @@ TEST_F(RecordingReaderErrors, ForeignFile) {
 TEST_F(RecordingReaderErrors, MissingDataset) {
   ChangeFile(file_, [](hid_t file) { H5Ldelete(file, "samples/p4_psi", H5P_DEFAULT); });
   EXPECT_EQ(ErrorOf(directory_), file_.string() + ": samples/p4_psi: is missing");
+}
+
+TEST_F(RecordingReaderErrors, AnOlderRecordingLacksWhatWasAddedLater) {
+  ChangeFile(file_, [](hid_t file) {
+    for (const char* added : {"samples/safety_cause", "influences/safety_state", "influences/safety_cause"})
+      H5Ldelete(file, added, H5P_DEFAULT);
+    H5Adelete(file, "servohil_recording");
+    const std::uint64_t format_before = 2;
+    const hid_t space = H5Screate(H5S_SCALAR);
+    const hid_t attribute =
+        H5Acreate2(file, "servohil_recording", H5T_STD_U64LE, space, H5P_DEFAULT, H5P_DEFAULT);
+    H5Awrite(attribute, H5T_NATIVE_UINT64, &format_before);
+    H5Aclose(attribute);
+    H5Sclose(space);
+  });
+  EXPECT_EQ(ErrorOf(directory_), "no error");
+  const RecordingReader reader(directory_);
+  std::vector<Telemetry> samples(1);
+  samples[0].status.safety_cause = SafetyCause::kNone;
+  EXPECT_EQ(reader.ReadSamples(0, samples), 1U);
+  EXPECT_EQ(samples[0].status.safety_cause, SafetyCause::kNone) << "the default";
+  std::size_t missing = 0;
+  for (std::size_t i = 0; i < SampleColumns().size(); ++i) missing += reader.HasColumn(i) ? 0U : 1U;
+  EXPECT_EQ(missing, 1U);
 }
 
 TEST_F(RecordingReaderErrors, ShortColumn) {

@@ -10,11 +10,12 @@ namespace {
 TEST(SimulationTask, IsTheOfflineSimulationTickByTick) {
   const testing::DefaultSetup setup;
   SimulationTask task(setup.configuration.model, setup.start, setup.Options());
+  testing::Governor governor(task);
   Simulation offline(setup.configuration.model, setup.start);
   const rt::LoopTiming in_time;
   for (int wake = 0; wake < 200; ++wake) {
-    if (wake == 20) task.PutCommand({setup.start.p1_psi + 0.27});
-    if (wake == 100) task.PutCommand({setup.start.p1_psi - 0.5});
+    if (wake == 20) governor.Send(setup.start.p1_psi + 0.27);
+    if (wake == 100) governor.Send(setup.start.p1_psi - 0.5);
     task.Wake(in_time);
     for (int i = 0; i < setup.configuration.loop.wake_ticks; ++i) {
       if (wake < 20) {
@@ -44,8 +45,8 @@ TEST(SimulationTask, PublishesEachMessageAtItsCycleWhateverTheWakePeriod) {
         }
       }
     }
-    // 1 s: 10 ms, 10 ms, 100 ms, 100 ms.
-    EXPECT_EQ(published, (std::array<int, testing::kMessageCount>{100, 100, 10, 1, 10}))
+    // 1 s: 10 ms, 10 ms, 100 ms, 1 s, 100 ms, 100 ms.
+    EXPECT_EQ(published, (std::array<int, testing::kMessageCount>{100, 100, 10, 1, 10, 10}))
         << "wake_ticks " << wake_ticks;
     EXPECT_EQ(task.PublicationsDropped(), 0U);
   }
@@ -127,11 +128,12 @@ TEST(SimulationTask, PastTheLimitFreezeHoldsTheStateAndGoesOnPublishing) {
   options.duration_ticks = 2'000;
   SimulationTask task(setup.configuration.model, setup.start, options);
   const rt::LoopTiming in_time;
-  task.PutCommand({setup.start.p1_psi + 1.0});
+  testing::Governor governor(task);
+  governor.Send(setup.start.p1_psi + 1.0);
   for (int i = 0; i < 20; ++i) task.Wake(in_time);
   const Sample before = task.Now().sample;
   WakeBehind(task, 30);
-  task.PutCommand({setup.start.p1_psi - 1.0});
+  governor.Send(setup.start.p1_psi - 1.0);
   EXPECT_TRUE(task.Wake(in_time)) << "the run goes on";
   EXPECT_EQ(task.Now().sample.tick, before.tick);
   EXPECT_EQ(task.Now().sample.state_hash, before.state_hash);
@@ -176,9 +178,10 @@ TEST(SimulationTask, ARestoredRunGoesOnBitForBit) {
   options.snapshot_ticks = {333, 1'500};
   SimulationTask whole(setup.configuration.model, setup.start, options);
   const auto drive = [&](SimulationTask& task, std::uint64_t until) {
+    testing::Governor governor(task);
     while (task.Now().sample.tick < until) {
       const std::uint64_t tick = task.Now().sample.tick;
-      if (tick == 100 || tick == 900) task.PutCommand({setup.start.p1_psi + (tick == 100 ? 3.0 : -3.0)});
+      if (tick == 100 || tick == 900) governor.Send(setup.start.p1_psi + (tick == 100 ? 3.0 : -3.0));
       task.Run(1);
     }
   };
@@ -220,13 +223,13 @@ TEST(SimulationTask, CommandAgeAndModeFollowTheCommands) {
   task.Wake(in_time);
   EXPECT_EQ(task.Now().status.mode, Mode::kWaiting);
   EXPECT_FALSE(task.Now().status.commanded);
-  task.PutCommand({30.0});
+  testing::Governor governor(task);
+  governor.Send(30.0);
   task.Wake(in_time);
   task.Wake(in_time);
   EXPECT_EQ(task.Now().status.mode, Mode::kRunning);
   EXPECT_EQ(task.Now().status.command_age_ticks, 20U);
-  task.PutCommand(
-      {std::nan("")});  // the contract lets none through; the model must not show its effect either
+  governor.Send(std::nan(""));  // the guard lets none through; the model must not show its effect either
   task.Wake(in_time);
   EXPECT_EQ(task.Now().status.mode, Mode::kModelFault);
 }

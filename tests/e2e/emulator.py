@@ -26,6 +26,7 @@ DBC = REPOSITORY / "config" / "servohil.dbc"
 
 OK, NOT_VALID, USAGE, ENVIRONMENT = 0, 1, 2, 3  # exit statuses of the program
 WAITING, RUNNING, STOPPED, FROZEN = 0, 1, 3, 4  # signal Mode
+DEGRADED, TRIPPED = 5, 6
 TICKS_PER_MS = 10
 PATIENCE_S = 20.0  # for anything that should come within milliseconds: the machine may be busy
 IN_GUEST = bool(os.environ.get("SERVOHIL_GUEST"))  # virtual time: no tick is ever late
@@ -44,13 +45,18 @@ def settings(**keys):
     return [word for key, value in keys.items() for word in ("--set", f"{key.replace('__', '.')}={value}")]
 
 
+# Tests send a command when they have something to say, and the machine may stall for seconds.
+UNSUPERVISED = settings(safety__timeout_ms=0, safety__max_age_ms=0)
+
+
 class Emulator:
-    """A running `servohil run`. As a context: killed at the end if it still runs."""
+    """A running `servohil run`. As a context: killed at the end if it still runs. Commands count for ever, however old
+    they are, unless the arguments say otherwise."""
 
     def __init__(self, buses, *arguments, program=PROGRAM, **more):
         self._errors = tempfile.TemporaryFile("w+")
         self._process = subprocess.Popen(
-            [program, "run", *(word for bus in buses for word in ("--can", bus)), *map(str, arguments)],
+            [program, "run", *(word for bus in buses for word in ("--can", bus)), *UNSUPERVISED, *map(str, arguments)],
             stdout=subprocess.PIPE, stderr=self._errors, text=True, cwd=REPOSITORY, **more)
         self.process_id = self._process.pid
         self._watchdog = threading.Timer(120.0, self._process.kill)  # no test may hang

@@ -27,7 +27,7 @@ class SerialInterface:
     pulled out."""
 
     def __init__(self):
-        self.lines = []  # that the kernel has written: (time in virtual seconds, text)
+        self.lines = []  # that the kernel has written
         self._reads = threading.Event()
         self._reads.set()
         self._new = threading.Condition()
@@ -58,9 +58,6 @@ class SerialInterface:
                 self.lines += lines
                 self._new.notify_all()
 
-    def set_up(self, bit_rate=500000):
-        ip("link", "set", self.name, "up", "type", "can", "bitrate", bit_rate)
-
     def wait_for_line(self, is_wanted, timeout_s=20.0):
         with self._new:
             assert self._new.wait_for(lambda: any(map(is_wanted, self.lines)), timeout_s), self.lines[-10:]
@@ -86,11 +83,13 @@ class SerialInterface:
         self.write(f"t{id_:03X}{len(data)}{data.hex().upper()}")
 
     def pull_out(self):
-        if self._master is None:
+        if self._terminal is None:
             return
-        master, self._master = self._master, None
-        os.close(self._terminal)
-        os.close(master)
+        terminal, self._terminal = self._terminal, None
+        self._reads.set()
+        os.close(terminal)  # ends the thread's read
+        self._thread.join()
+        os.close(self._master)
 
 
 def ip(*arguments):

@@ -24,7 +24,8 @@ from recordings import Recording
 REST_P1_PSI = 30.2632  # steady state at x3 = 4 in (expected.md: 30.26320)
 STEP_P1_PSI = 30.533   # 0.27 psi more
 EVERY_MS = settings(publish__position_ms=1, publish__pressures_ms=1)
-CYCLE_MS = {"SERVO_Position": 10, "SERVO_Pressures": 10, "SERVO_Relay": 100, "SERVO_Status": 100}
+CYCLE_MS = {"SERVO_Position": 10, "SERVO_Pressures": 10, "SERVO_Relay": 100, "SERVO_Bus": 1000, "SERVO_Safety": 100,
+            "SERVO_Status": 100}
 
 
 def p1_of(frames):
@@ -289,7 +290,8 @@ def test_terminal_under_a_name_of_its_own(tmp_path, connect):
 @pytest.mark.only("slcan")
 def test_serial_adapter(start, connect):
     """The emulator as the host of an adapter: another emulator's terminal plays it, itself silent."""
-    silent = settings(publish__position_ms=0, publish__pressures_ms=0, publish__relay_ms=0, publish__status_ms=0)
+    silent = settings(publish__position_ms=0, publish__pressures_ms=0, publish__relay_ms=0, publish__status_ms=0,
+                      publish__bus_ms=0, publish__safety_ms=0)
     adapter = start(*silent, buses=2)
     with Emulator([adapter.urls[0]]) as emulator:
         client = connect(adapter, 1)
@@ -419,7 +421,7 @@ def test_stand_in_governor(start, tmp_path):
 def test_stand_in_governor_alone(start, connect):
     """Nobody answers: one line, exit status 3."""
     emulator = start(*settings(publish__position_ms=0, publish__pressures_ms=0, publish__relay_ms=0,
-                               publish__status_ms=0))
+                               publish__status_ms=0, publish__bus_ms=0, publish__safety_ms=0))
     done = subprocess.run([sys.executable, REPOSITORY / "tools" / "governor.py", "--can", emulator.urls[0], "hold", "30"],
                           capture_output=True, text=True, timeout=60)
     assert done.returncode == 3

@@ -20,7 +20,7 @@ def test_each_command_is_answered_with_every_message_at_its_tick(start, connect)
         client.send_p1(REST_P1_PSI)
         answer = client.until(lambda f: f.name == "SERVO_Status")
         assert [f.name for f in answer] == ["SERVO_Position", "SERVO_Pressures", "SERVO_Relay", "SERVO_Bus",
-                                            "SERVO_Status"]
+                                            "SERVO_Safety", "SERVO_Status"]
         assert answer[0]["Tick"] == step * TICKS
         assert answer[-1]["Mode"] == RUNNING and answer[-1]["TimingValid"] == 1
     result = emulator.stop()

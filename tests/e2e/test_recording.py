@@ -112,7 +112,7 @@ def test_published_is_what_came_over_the_bus(tmp_path, start, connect):
     emulator.wait()
     recording = Recording(tmp_path / "r")
     names = set(recording.published)
-    assert names == {"SERVO_Position", "SERVO_Pressures", "SERVO_Relay", "SERVO_Status"}
+    assert names == {"SERVO_Position", "SERVO_Pressures", "SERVO_Relay", "SERVO_Safety", "SERVO_Status"}
     for name in names:
         assert published_frames(client, recording, name) == received_frames(client, frames, name)
         assert len(recording.published[name]["tick"]) == 50 + (name == "SERVO_Status")
@@ -144,8 +144,9 @@ def test_recorded_in_real_time_is_what_came_over_the_bus(tmp_path, start, connec
     assert len(log) == result.count["published"] + 20 + 1 or len(log) == result.count["published"] + 20
     # What the model used: each command from one tick on, that of the samples.
     commands = recording.influences
-    assert set(commands["kind"]) == {3} and list(commands["tick"]) == sorted(commands["tick"])
-    for tick, p1_psi in zip(commands["tick"], commands["p1_psi"]):
+    assert list(commands["kind"])[:2] == [6, 7] and set(commands["kind"][2:]) == {6}, "the first one changes the state"
+    assert list(commands["tick"]) == sorted(commands["tick"])
+    for tick, p1_psi in zip(commands["tick"][commands["kind"] == 6], commands["p1_psi"][commands["kind"] == 6]):
         assert recording.samples["p1_psi"][int(tick) - 1] == p1_psi
     # The wire's values are the truth's, rounded.
     position = recording.published["SERVO_Position"]

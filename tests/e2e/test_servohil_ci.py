@@ -155,7 +155,7 @@ def test_lockstep(project, tmp_path):
             assert servohil.state().tick == 50
             assert servohil.run_for(0.005)[-1].tick == 100
 
-        @pytest.mark.servohil(settings={"publish.status_ms": 0, "publish.relay_ms": 0})
+        @pytest.mark.servohil(settings={"publish.status_ms": 0, "publish.relay_ms": 0, "publish.safety_ms": 0})
         def test_answers_end_with_what_is_published(servohil):
             assert servohil.cycle(30.263).tick == 100
             assert servohil.cycle(30.533).p1_applied_psi == 30.535  # 0.005 psi or so

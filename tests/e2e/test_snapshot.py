@@ -178,9 +178,9 @@ def test_one_changed_digit_is_damage(snapshot):
     (lambda text: "{}", "no servohil snapshot"),
     (lambda text: '{"format": 7}', "no servohil snapshot"),
     (lambda text: text.replace('"servohil snapshot"', '"another snapshot"'), "no servohil snapshot"),
-    (lambda text: text.replace('"version": 2', '"version": 3'), "of version 3, this program reads 2"),
-    (lambda text: text.replace('"version": 2', '"version": "1"'), "damaged"),
-    (lambda text: text.replace('"version": 2', '"versoin": 1'), "damaged"),
+    (lambda text: text.replace('"version": 3', '"version": 4'), "of version 4, this program reads 2 to 3"),
+    (lambda text: text.replace('"version": 3', '"version": "1"'), "damaged"),
+    (lambda text: text.replace('"version": 3', '"versoin": 1'), "damaged"),
     (lambda text: text.replace('"checksum"', '"checksun"'), "damaged"),
     (lambda text: text.replace('"content"', '"contents"'), "damaged"),
 ])

@@ -1,6 +1,6 @@
 // What each fault of the bus and of the emulator decides about frames, wire and machine. That sender,
 // receiver and loop do so is in tests/app/fault_task_test.cpp, and from outside in
-// tests/e2e/test_injected_bus_faults.py.
+// tests/e2e/test_injected_faults.py.
 
 #include <gtest/gtest.h>
 

@@ -149,7 +149,11 @@ TEST(FaultDocument, HasAPictureOfEachFault) {
     bytes += file.file_size();
   }
   std::set<std::string> expected;
-  for (const Spec& spec : Catalogue()) expected.insert(spec.name);
+  for (const Spec& spec : Catalogue()) {
+    // Those of a protected message or of error frames have nothing that could be seen in values over time.
+    if (spec.needs != Needs::kCounter && spec.needs != Needs::kChecksum && spec.needs != Needs::kErrorFrames)
+      expected.insert(spec.name);
+  }
   EXPECT_EQ(drawn, expected) << "tools/draw_faults.py";
   EXPECT_LT(bytes, 1'500'000U);
 }

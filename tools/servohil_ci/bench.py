@@ -18,6 +18,10 @@ from .state import Newest
 __tracebackhide__ = True  # pytest: a failure is shown where the test called
 
 
+# A test commands when it has something to say, not in a cycle: its silence is no loss, unless it says so.
+SETTINGS = {"safety.timeout_ms": 0}
+
+
 class Unmet(AssertionError):
     """What a test waited for did not come."""
 
@@ -74,7 +78,7 @@ class Servohil:
         options = self.options
         yield from ("-c", configuration.file, "--clock", options.clock)
         yield from ("--can", buses.best_url() if options.bus == "auto" else options.bus)
-        settings = dict(options.settings) | ({"can.dbc": options.dbc} if options.dbc else {})
+        settings = SETTINGS | dict(options.settings) | ({"can.dbc": options.dbc} if options.dbc else {})
         for key, value in settings.items():
             yield from ("--set", f"{key}={written(value)}")
         if self.recording:

@@ -13,7 +13,7 @@ TICK_S = 1e-4
 TICK_MODULUS = 2**32
 # What servohil publishes, in the order of an answer in lockstep, and the cycle times that turn it off when 0.
 PUBLISHED = {"SERVO_Position": "position_ms", "SERVO_Pressures": "pressures_ms", "SERVO_Relay": "relay_ms",
-             "SERVO_Bus": "bus_ms", "SERVO_Status": "status_ms"}
+             "SERVO_Bus": "bus_ms", "SERVO_Safety": "safety_ms", "SERVO_Status": "status_ms"}
 MODE_STOPPED, MODE_FROZEN = 3, 4
 
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "servohil/app/contract_settings.hpp"
+#include "servohil/app/safety_settings.hpp"
 #include "servohil/model/parameters.hpp"
 
 namespace servohil::app {
@@ -65,6 +66,7 @@ struct PublishSettings {
   int pressures_ms = 10;
   int relay_ms = 100;
   int status_ms = 100;
+  int safety_ms = 100;
   int bus_ms = 1000;
 };
 
@@ -76,6 +78,7 @@ struct Configuration {
   LoopSettings loop;
   LockstepSettings lockstep;
   FaultSettings fault;
+  SafetySettings safety;
   CanSettings can;
   PublishSettings publish;
   std::map<std::string, std::string> places;  ///< key → "FILE:LINE" or "--set KEY=VALUE", where one set it
@@ -88,12 +91,13 @@ struct Configuration {
 };
 
 /// Where a key's value lives in a Configuration.
-using Place =
-    std::variant<double& (*)(Configuration&), int& (*)(Configuration&), bool& (*)(Configuration&),
-                 std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
-                 model::Physics& (*)(Configuration&), model::OilName& (*)(Configuration&),
-                 model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&),
-                 Overrun& (*)(Configuration&), Armed& (*)(Configuration&), Scale& (*)(Configuration&)>;
+using Place = std::variant<double& (*)(Configuration&), int& (*)(Configuration&), bool& (*)(Configuration&),
+                           std::string& (*)(Configuration&), std::vector<std::string>& (*)(Configuration&),
+                           model::Physics& (*)(Configuration&), model::OilName& (*)(Configuration&),
+                           model::CamShape& (*)(Configuration&), model::LoadBeyond& (*)(Configuration&),
+                           Overrun& (*)(Configuration&), Armed& (*)(Configuration&),
+                           Scale& (*)(Configuration&), OnLoss& (*)(Configuration&),
+                           can::E2eProfile& (*)(Configuration&), can::DataIdMode& (*)(Configuration&)>;
 
 struct Key {
   const char* name;  ///< "servo.underlap_in"

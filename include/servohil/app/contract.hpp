@@ -17,6 +17,7 @@
 #include "servohil/app/telemetry.hpp"
 #include "servohil/app/unit.hpp"
 #include "servohil/can/dbc.hpp"
+#include "servohil/can/e2e.hpp"
 #include "servohil/can/frame.hpp"
 #include "servohil/can/id_pattern.hpp"
 
@@ -56,6 +57,7 @@ struct ReceivedMessage {
   Linear p1_to_psi;
   std::optional<Condition> enable;
   std::optional<Condition> trip;
+  std::optional<can::E2eLayout> protection;
 };
 
 /// A signal that carries a quantity.
@@ -82,6 +84,7 @@ struct PublishedMessage {
   int cycle_ms = 0;
   bool on_change = false;
   std::vector<Page> pages;  ///< sent in turn, one each cycle
+  std::optional<can::E2eLayout> protection;
 };
 
 /// Some of a message's fields, by number.
@@ -99,6 +102,10 @@ class Contract {
   std::span<const ReceivedMessage> IncomingMessages() const noexcept { return incoming_; }
   /// That message.
   const can::Message& CommandMessage() const noexcept { return *incoming_.front().message; }
+  /// Whether the frame has that message's identifier. Real-time safe.
+  bool IsCommand(const can::Frame& frame) const noexcept {
+    return !frame.error && incoming_.front().pattern.Matches(frame.id, frame.extended);
+  }
   /// Identifiers to receive.
   std::vector<can::WantedId> Wanted() const;
   /// What `frame` says. `rejection` tells why it says nothing, or why the P1 in it does not count.
@@ -111,6 +118,11 @@ class Contract {
   /// bits of its field 1. Real-time safe.
   can::Frame Encode(std::size_t message, const Telemetry& telemetry, const Measured& measured = {},
                     std::uint64_t turn = 0, FieldSet* saturated = nullptr) const noexcept;
+  /// Counter and checksum of a message that has them, as the last step before its frame is sent. Real-time
+  /// safe. @param counter  goes round by itself @param wrong_checksum  all bits of it inverted
+  void Protect(std::size_t message, unsigned counter, bool wrong_checksum, can::Frame& frame) const noexcept;
+  /// Whether the protection of any published message has this.
+  bool AnyPublished(bool (*has)(const can::E2eLayout&)) const noexcept;
 
   /// What is published, at most kMostMessages, by number.
   std::span<const PublishedMessage> OutgoingMessages() const noexcept { return outgoing_; }

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "servohil/can/e2e.hpp"
+
 namespace servohil::app {
 
 struct ScalePoint {
@@ -17,16 +19,34 @@ struct ScalePoint {
 /// A straight line through two points, as [[4.0, 0.0], [20.0, 150.0]]; empty: none.
 using Scale = std::vector<ScalePoint>;
 
+/// End-to-end protection of a message; its signals by name.
+struct ProtectionSettings {
+  can::E2eProfile profile = can::E2eProfile::kNone;
+  int data_id = can::kNoDataId;
+  can::DataIdMode data_id_mode = can::DataIdMode::kBoth;
+  std::string counter;   ///< empty: where the profile has it
+  std::string checksum;  ///< the same
+};
+
+inline std::span<const char* const> NamesOf(can::E2eProfile) {
+  return can::kE2eProfileNames;
+}
+inline std::span<const char* const> NamesOf(can::DataIdMode) {
+  return can::kDataIdModeNames;
+}
+
 /// [can.command]: the governor's frames. A signal is written "MESSAGE.SIGNAL".
 struct CommandSettings {
   std::string p1 = "GOV_Command.P1_Demand";
-  std::string unit;       ///< of P1; empty: as the DBC file says
-  Scale scale;            ///< from the signal's value to psi, instead of a unit
-  bool may_clip = false;  ///< the signal need not reach from closed to open
-  std::string enable;     ///< true while not 0, or "MESSAGE.SIGNAL = VALUE"; empty: always enabled
-  std::string trip;       ///< the same; empty: never tripped
-  bool pgn = false;       ///< J1939: whatever the source address and the priority
-  int cycle_ms = 10;      ///< expected of the governor
+  std::string unit;               ///< of P1; empty: as the DBC file says
+  Scale scale;                    ///< from the signal's value to psi, instead of a unit
+  bool may_clip = false;          ///< the signal need not reach from closed to open
+  std::string enable;             ///< true while not 0, or "MESSAGE.SIGNAL = VALUE"; empty: always enabled
+  std::string trip;               ///< the same; empty: never tripped
+  bool pgn = false;               ///< J1939: whatever the source address and the priority
+  int cycle_ms = 10;              ///< expected of the governor
+  ProtectionSettings protection;  ///< of the message with P1
+  int max_counter_jump = 1;       ///< largest step of its counter that is valid: 1 tolerates no loss
 };
 
 /// What goes into one signal: an emulator quantity, or a constant.
@@ -50,6 +70,7 @@ struct MessageSettings {
   /// name of a quantity.
   std::vector<SignalSettings> signals;
   std::string place;  ///< "FILE:LINE"
+  ProtectionSettings protection;
 };
 
 }  // namespace servohil::app

@@ -42,6 +42,9 @@ struct EmulatorOptions {
   TaskOptions task;
   Clock clock = Clock::kReal;  ///< kReal or kLockstep
   LockstepSettings lockstep;
+  SafetySettings safety;                              ///< Resolved()
+  int command_cycle_ms = 10;                          ///< of the governor
+  int max_counter_jump = 1;                           ///< of protected commands
   std::optional<can::BusModelSettings> lockstep_bus;  ///< in lockstep, frames take their time and turn
   RealTime real_time = RealTime::kPrefer;             ///< of no importance in lockstep
   FaultPort* fault_port = nullptr;  ///< faults over CAN; must outlive the emulator; none: not allowed
@@ -72,6 +75,7 @@ class Emulator {
   bool PutRequest(const Request& request) noexcept { return task_->PutRequest(request); }
   bool TryPopAnswer(Answer& answer) noexcept { return task_->TryPopAnswer(answer); }
   bool TakeFaults(fault::Schedule& faults) noexcept { return task_->TakeFaults(faults); }
+  bool TryPopSafetyChange(SafetyChange& change) noexcept { return task_->TryPopSafetyChange(change); }
   bool TryPopFaultEvent(fault::Event& event) noexcept { return task_->TryPopFaultEvent(event); }
   std::uint64_t SnapshotsRefused() const noexcept { return task_->SnapshotsRefused(); }
   void SampleEvery(std::uint64_t ticks) noexcept { task_->SampleEvery(ticks); }
@@ -116,6 +120,7 @@ class Emulator {
   /// Sender: FAULT_Response frames.
   void SendFaultResponses() noexcept;
   void SendFaultResponse(const can::Frame& frame) noexcept;
+  bool IsSilence(std::uint64_t valid_before) const noexcept;
   bool LetsTimePass(const can::Frame& frame, bool is_command) const noexcept;
   /// Sets up the calling thread, then waits for the start.
   void BeReady(const char* name, int priority, int cpu);

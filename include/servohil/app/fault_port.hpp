@@ -25,10 +25,10 @@ enum class FaultResult : std::uint8_t { kApplied = 0, kRejected = 1, kUnsupporte
 enum class FaultReason : std::uint8_t {
   kNone = 0,
   kUnknownFault = 1,
-  kUnknownField = 2,   ///< or action
+  kUnknownField = 2,  ///< or action
   kOutOfRange = 3,
   kNotArmed = 4,
-  kNoRoom = 5,         ///< as many faults as there can be at once
+  kNoRoom = 5,  ///< as many faults as there can be at once
   kNotInjected = 6,
   kFrozen = 7,
   kUnknownTarget = 8,

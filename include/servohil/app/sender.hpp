@@ -111,7 +111,8 @@ class Sender {
   };
   /// What has been written of a message.
   struct Written {
-    std::uint64_t turn = 0;                         ///< frames that were due: says which page comes
+    unsigned counter = ~0U;  ///< of its protection: of the frame before; the first has 0
+    std::uint64_t turn = 0;  ///< frames that were due: says which page comes
     std::vector<std::optional<can::Frame>> newest;  ///< of each page
   };
   std::vector<Waiting> waiting_;      ///< of each message

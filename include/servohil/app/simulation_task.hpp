@@ -15,6 +15,7 @@
 #include "servohil/app/request.hpp"
 #include "servohil/app/sample_feed.hpp"
 #include "servohil/app/simulation.hpp"
+#include "servohil/app/supervisor.hpp"
 #include "servohil/app/telemetry.hpp"
 #include "servohil/fault/effects.hpp"
 #include "servohil/fault/sensors.hpp"
@@ -28,7 +29,7 @@ namespace servohil::app {
 /// All that a run's future depends on besides its configuration and inputs. Trivially copyable.
 struct Snapshot {
   Sample sample;
-  Command command;  ///< the newest; its arrival means nothing any more
+  SupervisorState safety;
   bool commanded = false;
   std::uint64_t command_tick = 0;  ///< after which it arrived
   fault::Schedule faults;
@@ -40,7 +41,12 @@ struct TaskOptions {
   MessageSet tell_lateness = 0;      ///< messages that carry the worst lateness since they did so before
   std::uint64_t duration_ticks = 0;  ///< of this run; 0: without end
   std::vector<std::uint64_t> snapshot_ticks;  ///< rising
-  Recorder* recorder = nullptr;               ///< must outlive the task; none: nothing is recorded
+  SafetyLaw safety;
+  /// Whether the supervision decides by the commands and their silence. Not where all comes from a script or
+  /// a recording, decisions included.
+  bool supervised = true;
+  std::int64_t max_age_ns = 0;   ///< of a command when a tick takes it; 0: any
+  Recorder* recorder = nullptr;  ///< must outlive the task; none: nothing is recorded
   void (*stall)(double ms) noexcept =
       nullptr;  ///< of the fault missed_ticks; none: there is no deadline to miss
 
@@ -59,7 +65,7 @@ class SimulationTask {
   /// Before the first tick: goes on from `snapshot`, bit for bit as if it had never ended.
   void Restore(const Snapshot& snapshot) noexcept;
 
-  /// Any one thread: newest valid command. Real-time safe.
+  /// Any one thread: the newest that the receiver knows. Real-time safe.
   void PutCommand(const Command& command) noexcept { commands_.Put(command); }
 
   /// Any one thread: what is asked, in order. @return false: too many wait
@@ -93,9 +99,9 @@ class SimulationTask {
   /// Run() does so itself before each tick. Real-time safe.
   void ServeRequests() noexcept;
 
-  /// Runs `ticks` ticks, each with the newest command. @return false after the last of the duration.
-  /// Real-time safe.
-  bool Run(int ticks) noexcept;
+  /// Runs `ticks` ticks, each with the newest command. @param silence_counts  whether their time is time in
+  /// which a command could have come. @return false after the last of the duration. Real-time safe.
+  bool Run(int ticks, bool silence_counts = true) noexcept;
 
   /// One wake-up of the real-time loop: takes account of its lateness, follows the overrun policy, runs
   /// `loop.wake_ticks` ticks. @return false when the run ends. Real-time safe.
@@ -106,6 +112,9 @@ class SimulationTask {
   std::uint64_t PublicationsDropped() const noexcept { return publications_.Dropped(); }
   /// Whoever watches (one thread): the newest state.
   bool TakeNewest(Telemetry& telemetry) noexcept { return newest_.Take(telemetry); }
+
+  /// Whoever watches (the same thread): changes of the supervision, oldest first.
+  bool TryPopSafetyChange(SafetyChange& change) noexcept { return safety_changes_.TryPop(change); }
 
   /// Whoever writes them down (one thread).
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return snapshots_.TryPop(snapshot); }
@@ -129,9 +138,14 @@ class SimulationTask {
   const rt::LatencyHistogram& ArrivalToTick() const noexcept { return arrival_to_tick_; }
 
  private:
-  void Tick() noexcept;
+  void Tick(bool silence_counts) noexcept;
   void TakeCommand() noexcept;
-  void SetCommand(const Command& command) noexcept;
+  void NoteCommand(std::int64_t arrival_ns) noexcept;
+  void FollowGovernor(double p1_psi, std::int64_t arrival_ns) noexcept;
+  bool FollowLocal(double p1_psi) noexcept;
+  void ChangeSafety(const Supervisor::Decision& decision) noexcept;
+  void TellSafetyChange(SafetyState from, std::uint64_t tick) noexcept;
+  void TakeStatus() noexcept;
   void Publish(std::uint64_t tick) noexcept;
   void PublishSample() noexcept;
   void FollowScript() noexcept;
@@ -154,8 +168,8 @@ class SimulationTask {
   Simulation simulation_;
   TaskOptions options_;
   Telemetry now_;
-  Command command_;
-  std::uint64_t command_tick_ = 0;
+  Supervisor supervisor_;
+  std::uint64_t command_tick_ = 0;  ///< after which the newest command came
   std::uint64_t first_tick_ = 0;    ///< at which this run began
   std::uint64_t frozen_ticks_ = 0;  ///< for which simulated time stood still
   bool over_limit_ = false;         ///< more to catch up than allowed, at the last wake-up
@@ -178,6 +192,7 @@ class SimulationTask {
   rt::Mailbox<Telemetry> newest_;
   std::atomic<std::uint64_t> sample_ticks_{0};
   rt::Ring<Telemetry, 1024> samples_;
+  rt::Ring<SafetyChange, 256> safety_changes_;
   rt::Ring<Snapshot, 16> snapshots_;
   rt::Ring<Request, 64> requests_;
   rt::Ring<Answer, 64> answers_;

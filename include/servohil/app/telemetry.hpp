@@ -4,19 +4,25 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "servohil/app/safety.hpp"
 #include "servohil/app/sample.hpp"
 #include "servohil/can/bus_condition.hpp"
 #include "servohil/model/servomotor.hpp"
 
 namespace servohil::app {
 
-/// A valid command frame of the governor.
+/// The newest valid command frame of the governor, and what came with and before it: whoever sees only the
+/// newest still knows how many there were.
 struct Command {
   double p1_psi = 0.0;
   bool enabled = true;  ///< can.command.enable; always where there is none
   bool trip = false;    ///< can.command.trip
   std::int64_t arrival_ns =
-      0;  ///< CLOCK_MONOTONIC, by the kernel's receive stamp where there is one; 0: unknown
+      0;                   ///< CLOCK_MONOTONIC, by the kernel's receive stamp where there is one; 0: unknown
+  FrameCounts counts;      ///< of all frames so far
+  std::uint64_t good = 0;  ///< valid, enabled, without trip, so far
+  std::uint64_t good_in_a_row = 0;  ///< since the last that was not
+  std::uint64_t trips = 0;          ///< valid with trip, so far
 };
 
 /// State machine of a run, signal Mode of SERVO_Status.
@@ -26,6 +32,8 @@ enum class Mode : std::uint8_t {
   kModelFault = 2,  ///< the model left its domain: the last good state is published
   kStopped = 3,     ///< the last status before the program ends
   kFrozen = 4,      ///< overrun policy "freeze": the last state is published, simulated time stands still
+  kDegraded = 5,    ///< the command is lost or not enabled: safety.on_loss
+  kTripped = 6,     ///< P1 is drained at once
 };
 
 /// Late: began a wake period or more after its deadline. None outside real time.
@@ -49,6 +57,11 @@ struct Status {
   std::uint64_t active_faults = 0;      ///< injected ones that act now
   bool line_down = false;               ///< by the fault interface_down: as if unplugged
   std::int64_t command_arrival_ns = 0;  ///< of the newest command, as in Command
+  SafetyState safety = SafetyState::kWaiting;
+  SafetyCause safety_cause = SafetyCause::kNone;
+  std::uint64_t losses = 0;  ///< times that the command was lost or not enabled any more
+  std::uint64_t trips = 0;
+  FrameCounts frames;  ///< with the command's identifier
 
   /// No late tick since the start; latched.
   bool TimingValid() const noexcept { return late.Total() == 0; }

@@ -2,6 +2,7 @@
 /// What is wrong with a bus, from what is seen of it now and then: states and faults by name, and when to
 /// restart a controller. No clock, no system call: whoever looks says when.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -68,7 +69,7 @@ class BusMonitor {
   std::string name_;
   BusMonitorSettings settings_;
   BusCondition condition_;
-  Episode episodes_[kBusFaultCount];
+  std::array<Episode, kBusFaultCount> episodes_{};
   Controller controller_;  ///< as told last
   std::int64_t state_since_ns_ = 0;
   std::uint64_t entered_bus_off_ = 0;

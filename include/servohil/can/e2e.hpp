@@ -99,6 +99,13 @@ std::uint8_t Crc8J1850(std::span<const std::uint8_t> data) noexcept;
 void Protect(const E2eLayout& layout, std::uint32_t frame_id, unsigned counter,
              std::span<std::uint8_t> data) noexcept;
 
+/// Whether the profile has a checksum.
+inline bool HasChecksum(const E2eLayout& layout) noexcept {
+  return layout.profile != E2eProfile::kNone && layout.profile != E2eProfile::kCounter;
+}
+/// Makes a right checksum wrong, whatever the profile: all its bits. Real-time safe. @pre as above
+void InvertChecksum(const E2eLayout& layout, std::span<std::uint8_t> data) noexcept;
+
 /// Whether checksum, Data ID nibble and counter range are right. Real-time safe. @pre as above
 bool IsIntact(const E2eLayout& layout, std::uint32_t frame_id, std::span<const std::uint8_t> data) noexcept;
 

@@ -41,7 +41,8 @@ enum class Needs : std::uint8_t {
   kFullPhysics,
   kStabilizer,
   kBus,          ///< frames that come and go
-  kProtection,   ///< counter and checksum in published messages
+  kCounter,      ///< of the protection of published messages
+  kChecksum,     ///< of the protection of published messages
   kErrorFrames,  ///< a transport that carries them
   kRealTime      ///< a deadline to miss
 };
@@ -79,7 +80,8 @@ struct Surroundings {
   const model::Parameters* unfaulted = nullptr;
   bool has_bus = true;
   bool real_time = true;
-  bool protection = false;                    ///< published messages have counter and checksum
+  bool counter = false;                       ///< a published message has one in its protection
+  bool checksum = false;                      ///< a published message has one in its protection
   const char* why_no_error_frames = nullptr;  ///< null: its transports carry them
 };
 

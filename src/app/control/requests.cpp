@@ -210,6 +210,8 @@ Json ToJson(const Answer& answer) {
       return Rejected("a snapshot cannot hold the past that sensor_delayed needs: clear it first");
     case Answer::Result::kFrozen:
       return Rejected("simulated time is frozen (loop.overrun = \"freeze\"): nothing acts any more");
+    case Answer::Result::kNotFollowed:
+      return Rejected("P1 is not followed: tripped, or the model has left its domain");
     default:
       return {{"result", "APPLIED"}, {"tick", answer.tick}};
   }

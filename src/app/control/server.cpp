@@ -240,6 +240,7 @@ Json Server::AnswerTo(Question question) {
       Json status = StatusToJson(now_);
       status["stroke_in"] = permissions_.faults.surroundings.unfaulted->servo.stroke_in;
       status["buses"] = BusesToJson(buses_);
+      status["saturated"] = SaturatedToJson(emulator_);
       return status;
     }
     case Question::kStatistics: {

@@ -7,6 +7,22 @@
 
 namespace servohil::app::control {
 
+namespace {
+
+/// States, causes and what became of the frames with the command's identifier.
+nlohmann::json SafetyToJson(const Status& status) {
+  nlohmann::json frames = nlohmann::json::object();
+  for (std::size_t i = 0; i < kFrameVerdicts; ++i) frames[kFrameVerdictNames[i]] = status.frames.of[i];
+  frames["lost"] = status.frames.lost;
+  return {{"state", NameOf(status.safety)},
+          {"cause", NameOf(status.safety_cause)},
+          {"losses", status.losses},
+          {"trips", status.trips},
+          {"frames", frames}};
+}
+
+}  // namespace
+
 nlohmann::json StatusToJson(const Telemetry& now) {
   const Sample& s = now.sample;
   return {{"result", "OK"},
@@ -26,8 +42,19 @@ nlohmann::json StatusToJson(const Telemetry& now) {
           {"stuck", s.state.mode.PistonRests()},
           {"model_fault", s.model_fault},
           {"active_faults", now.status.active_faults},
+          {"safety", SafetyToJson(now.status)},
           {"interface_down", now.status.line_down},
           {"command_age_s", SecondsOf(now.status.command_age_ticks)}};
+}
+
+nlohmann::json SaturatedToJson(const Emulator& emulator) {
+  nlohmann::json saturated = nlohmann::json::object();
+  const Contract& contract = emulator.Frames();
+  for (std::size_t i = 0; i < contract.MessageCount(); ++i) {
+    if (const std::uint64_t frames = emulator.Sent().saturated[i].load(); frames > 0)
+      saturated[contract.MessageOf(i).name] = frames;
+  }
+  return saturated;
 }
 
 }  // namespace servohil::app::control

@@ -71,7 +71,8 @@ std::string Faults(const Json& faults) {
   for (const Json& one : faults.value("faults", Json::array())) {
     std::string line = Formatted("fault      %-24s %3.0f %%", one.value("fault", "").c_str(),
                                  100.0 * one.value("share", 0.0));
-    for (const auto& [name, value] : one.value("parameters", Json::object()).items())
+    const Json parameters = one.value("parameters", Json::object());
+    for (const auto& [name, value] : parameters.items())
       line += " " + name + "=" + Text(value);
     text += Line(line);
   }

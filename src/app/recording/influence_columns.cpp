@@ -26,8 +26,8 @@ std::vector<InfluenceColumn> MakeColumns() {
   return {
       {"tick", kTick, "the first that feels it", +[](I& i) -> U64& { return i.tick; }},
       {"kind", "",
-       "0 fault injected, 1 fault cleared, 2 all faults cleared, 3 command, 5 a frame came that a fault "
-       "waited for",
+       "0 fault injected, 1 fault cleared, 2 all faults cleared, 3 P1 set locally, 5 a frame came that a "
+       "fault waited for, 6 command frame, 7 supervision of the command",
        +[](I& i) -> Request::Kind& { return i.request.kind; }},
       {"p1_psi", "psi", "command: control pressure demanded",
        +[](I& i) -> double& { return i.request.p1_psi; }},
@@ -69,6 +69,10 @@ std::vector<InfluenceColumn> MakeColumns() {
        +[](I& i) -> bool& { return i.request.injection.trigger.extended; }},
       {"trigger_fault", "", "trigger: number of the other fault",
        +[](I& i) -> U8& { return i.request.injection.trigger.fault; }},
+      {"safety_state", "", "supervision: the state it came to",
+       +[](I& i) -> SafetyState& { return i.request.safety; }, false},
+      {"safety_cause", "", "supervision: why", +[](I& i) -> SafetyCause& { return i.request.safety_cause; },
+       false},
   };
 }
 

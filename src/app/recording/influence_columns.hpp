@@ -16,7 +16,8 @@ namespace servohil::app {
 using InfluencePlace =
     std::variant<double& (*)(Influence&), std::uint64_t& (*)(Influence&), std::uint32_t& (*)(Influence&),
                  std::uint8_t& (*)(Influence&), bool& (*)(Influence&), Request::Kind& (*)(Influence&),
-                 fault::Trigger::Kind& (*)(Influence&)>;
+                 fault::Trigger::Kind& (*)(Influence&), SafetyState& (*)(Influence&),
+                 SafetyCause& (*)(Influence&)>;
 
 /// The type that a value has on file.
 template <typename T>
@@ -27,6 +28,7 @@ struct InfluenceColumn {
   const char* unit;
   std::string description;
   InfluencePlace place;
+  bool required = true;  ///< false: added later, older recordings do not have it
 };
 
 std::span<const InfluenceColumn> InfluenceColumns();

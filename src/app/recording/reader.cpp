@@ -1,6 +1,7 @@
 #include "servohil/app/recording/reader.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <sstream>
 #include <type_traits>
 #include <variant>
@@ -28,9 +29,10 @@ hdf5::Id OpenFile(const std::string& name) {
   if (!hdf5::HasAttribute(*file, attribute::kFormat))
     throw UsageError(name + ": is no recording of servohil");
   const std::uint64_t format = hdf5::ReadNumber(*file, attribute::kFormat, name);
-  if (format != kRecordingFormat) {
+  if (format < kOldestRecordingFormat || format > kRecordingFormat) {
     throw UsageError(name + ": is a recording of format " + std::to_string(format) + ", expected " +
-                     std::to_string(kRecordingFormat) + ": replay it with the version that wrote it");
+                     std::to_string(kOldestRecordingFormat) + " to " + std::to_string(kRecordingFormat) +
+                     ": replay it with the version that wrote it");
   }
   return file;
 }
@@ -167,10 +169,15 @@ struct RecordingReader::Contents {
         name(file_path.string()),
         file(OpenFile(name)),
         attributes(ReadAttributes(*file, name)) {
-    for (const SampleColumn& column : SampleColumns())
-      samples.emplace_back(*file, std::string("samples/") + column.name, name);
-    sample_count = samples.front().Rows();
-    for (const Column& column : samples) sample_count = std::min(sample_count, column.Rows());
+    for (const SampleColumn& column : SampleColumns()) {
+      const std::string path_in_file = std::string("samples/") + column.name;
+      auto& place = samples.emplace_back();
+      if (column.required || Has(path_in_file)) place.emplace(*file, path_in_file, name);
+    }
+    sample_count = samples.front()->Rows();
+    for (const auto& column : samples) {
+      if (column) sample_count = std::min(sample_count, column->Rows());
+    }
     if (hdf5::HasAttribute(*file, attribute::kComplete)) {
       complete = hdf5::ReadNumber(*file, attribute::kComplete, name) != 0;
     }
@@ -181,12 +188,14 @@ struct RecordingReader::Contents {
   }
 
   Column Open(const char* column) const { return {*file, column, name}; }
+  /// @pre its group is there
+  bool Has(const std::string& column) const { return H5Lexists(*file, column.c_str(), H5P_DEFAULT) > 0; }
 
   std::filesystem::path file_path;
   std::string name;
   hdf5::Id file;
   RecordingAttributes attributes;
-  std::vector<Column> samples;  ///< in the order of SampleColumns()
+  std::vector<std::optional<Column>> samples;  ///< in the order of SampleColumns()
   std::uint64_t sample_count = 0;
   std::optional<RecordingEnd> end;
   bool complete = false;
@@ -215,6 +224,10 @@ std::uint64_t RecordingReader::SampleCount() const noexcept {
   return contents_->sample_count;
 }
 
+bool RecordingReader::HasColumn(std::size_t column) const noexcept {
+  return contents_->samples[column].has_value();
+}
+
 std::size_t RecordingReader::ReadSamples(std::uint64_t first, std::span<Telemetry> samples) const {
   if (first >= contents_->sample_count) return 0;
   const auto count =
@@ -225,7 +238,8 @@ std::size_t RecordingReader::ReadSamples(std::uint64_t first, std::span<Telemetr
         [&](auto place) {
           using Value = std::remove_reference_t<decltype(place(samples[0]))>;
           std::vector<Stored<Value>> values(count);
-          contents_->samples[i].Read(first, values);
+          if (!contents_->samples[i]) return;
+          contents_->samples[i]->Read(first, values);
           for (std::size_t row = 0; row < count; ++row) place(samples[row]) = static_cast<Value>(values[row]);
         },
         columns[i].place);
@@ -237,9 +251,11 @@ std::vector<Influence> RecordingReader::Influences() const {
   std::vector<Influence> influences;
   const std::string group = "influences/";
   // What all its columns have: a killed recording's may differ by the last rows.
-  std::uint64_t rows = contents_->Open((group + InfluenceColumns().back().name).c_str()).Rows();
+  std::uint64_t rows = contents_->Open((group + InfluenceColumns().front().name).c_str()).Rows();
   for (const InfluenceColumn& place : InfluenceColumns()) {
-    const Column column = contents_->Open((group + place.name).c_str());
+    const std::string column_name = group + place.name;
+    if (!place.required && !contents_->Has(column_name)) continue;
+    const Column column = contents_->Open(column_name.c_str());
     rows = std::min(rows, column.Rows());
     influences.resize(static_cast<std::size_t>(rows));
     std::visit(

@@ -76,7 +76,8 @@ hdf5::Id CreateFile(const std::string& name) {
 /// "1 air_entrainment" for each fault of the catalogue, a line each: what the numbers on file mean.
 std::string FaultNames() {
   std::string names;
-  for (const fault::Spec& spec : fault::Catalogue()) names += std::to_string(spec.id) + ' ' + spec.name + '\n';
+  for (const fault::Spec& spec : fault::Catalogue())
+    names += std::to_string(spec.id) + ' ' + spec.name + '\n';
   return names;
 }
 

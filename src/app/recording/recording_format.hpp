@@ -9,8 +9,11 @@
 
 namespace servohil::app {
 
-/// Raised when a recording is laid out otherwise.
-inline constexpr std::uint64_t kRecordingFormat = 2;
+/// Raised when an older program would misread a recording. This one reads all since the oldest: columns that
+/// were added later have defaults.
+inline constexpr std::uint64_t kRecordingFormat =
+    3;  // governor's frames and supervision among the influences
+inline constexpr std::uint64_t kOldestRecordingFormat = 2;
 
 namespace attribute {
 

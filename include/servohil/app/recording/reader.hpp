@@ -33,6 +33,9 @@ class RecordingReader {
   /// Samples that are whole: of columns of unequal length (killed while appending) the shortest counts. As of
   /// opening.
   std::uint64_t SampleCount() const noexcept;
+  /// Whether it has this one of SampleColumns(): older recordings lack what was added later, ReadSamples()
+  /// then leaves the default.
+  bool HasColumn(std::size_t column) const noexcept;
   /// Fills `samples` from row `first` on. @return how many; 0 at the end. `due` is not recorded.
   std::size_t ReadSamples(std::uint64_t first, std::span<Telemetry> samples) const;
 

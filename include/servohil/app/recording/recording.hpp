@@ -28,7 +28,7 @@ struct RecordingAttributes : RunTexts {
 /// Something from outside, with the first tick that feels it.
 struct Influence {
   std::uint64_t tick = 0;
-  Request request{};  ///< kCommand, kInject, kClear or kClearAll; its number is not recorded
+  Request request{};  ///< any but kSnapshot; its number is not recorded
 };
 
 /// What a gap is a gap in.

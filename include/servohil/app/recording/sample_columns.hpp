@@ -11,10 +11,10 @@
 namespace servohil::app {
 
 /// Where a column's value lives.
-using SamplePlace =
-    std::variant<double& (*)(Telemetry&), std::uint64_t& (*)(Telemetry&), std::int64_t& (*)(Telemetry&),
-                 int& (*)(Telemetry&), bool& (*)(Telemetry&), Mode& (*)(Telemetry&),
-                 model::Motion& (*)(Telemetry&), model::Plunger& (*)(Telemetry&)>;
+using SamplePlace = std::variant<double& (*)(Telemetry&), std::uint64_t& (*)(Telemetry&),
+                                 std::int64_t& (*)(Telemetry&), int& (*)(Telemetry&), bool& (*)(Telemetry&),
+                                 Mode& (*)(Telemetry&), model::Motion& (*)(Telemetry&),
+                                 model::Plunger& (*)(Telemetry&), SafetyCause& (*)(Telemetry&)>;
 
 /// The type that a value has on file: numbers as they are, flags and enumerations as a byte.
 template <typename T>
@@ -27,6 +27,7 @@ struct SampleColumn {
   SamplePlace place;
   bool compressible = true;  ///< false: as good as random
   bool repeatable = true;    ///< a replay gives it bit for bit; false: the machine's doing
+  bool required = true;      ///< false: added later, older recordings do not have it
 };
 
 std::span<const SampleColumn> SampleColumns();
