@@ -106,10 +106,9 @@ std::size_t RequireQuantity(const Json& name) {
   }
   if (!name.is_string()) Reject("\"quantities\" must be a list of names: [\"x3_in\", ...]");
   const std::string asked = name;
-  std::string all;
-  for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
   const std::string nearest = Nearest(asked, names);
-  Reject("there is no quantity " + asked.substr(0, 40) + (nearest.empty() ? "; there are " + all : nearest));
+  Reject("there is no quantity " + asked.substr(0, 40) +
+         (nearest.empty() ? "; PROTOCOL.md has all of them" : nearest));
 }
 
 Subscription UnderstandSubscribe(const Json& request) {
