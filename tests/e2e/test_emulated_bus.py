@@ -28,12 +28,13 @@ def test_in_lockstep_a_command_acts_when_it_has_passed_the_bus(start, connect, t
         assert result.status == OK and result.ticks == 20 * TICKS
         recording = Recording(tmp_path / str(run_))
         first = -(-COMMAND_US // 100) + 1
-        assert list(recording.influences["tick"]) == [step * TICKS + first for step in range(20)]
+        commands = [tick for tick, p1 in zip(recording.influences["tick"], recording.influences["p1_psi"]) if p1 > 0.0]
+        assert commands == [step * TICKS + first for step in range(20)]
         hashes.add(result.hash)
-        # The lowest identifier first: 0x200, 0x201, 0x202, 0x203, 0x205, as real controllers would.
+        # The lowest identifier first: 0x200, 0x201, 0x202, 0x203, 0x204, 0x205, as real controllers would.
         names = [frame.name for answer in with_answers for frame in answer]
-        assert names[:9] == ["SERVO_Position", "SERVO_Pressures", "SERVO_Relay", "SERVO_Status",
-                             "SERVO_Bus", "SERVO_Position", "SERVO_Pressures", "SERVO_Relay", "SERVO_Status"]
+        assert names[:10] == ["SERVO_Position", "SERVO_Pressures", "SERVO_Relay", "SERVO_Status", "SERVO_Safety",
+                              "SERVO_Bus", "SERVO_Position", "SERVO_Pressures", "SERVO_Relay", "SERVO_Status"]
     assert len(hashes) == 1
 
 

@@ -14,7 +14,8 @@ import sys
 
 import pytest
 
-from emulator import (FROZEN, IN_GUEST, NOT_VALID, OK, RUNNING, STOPPED, TICKS_PER_MS, let_time_pass, settings,
+from control_socket import Control
+from emulator import (FROZEN, IN_GUEST, NOT_VALID, OK, STOPPED, TICKS_PER_MS, let_time_pass, settings,
                       ticks_of)
 from thread_pause import paused
 
@@ -144,18 +145,17 @@ def test_a_thread_held_by_a_debugger_is_late(start, connect, tmp_path):
 
 
 def test_work_that_takes_long_is_another_cause(start, connect, tmp_path):
-    """The thread held in the middle of a wake-up's 1000 ticks: it woke in time, and computed long."""
+    """The fault missed_ticks holds the thread in the middle of a wake-up's 1000 ticks: it woke in time, and computed
+    long."""
     if IN_GUEST:
         pytest.skip("time does not pass in the guest while a process computes")
     stats = tmp_path / "stats.json"
-    emulator = start("--stats", stats, *settings(loop__wake_ticks=1000, publish__position_ms=100,
-                                                 publish__pressures_ms=100, oil__air_fraction=0.01))
+    emulator = start("--stats", stats, "--control", tmp_path / "control",
+                     *settings(loop__wake_ticks=1000, publish__position_ms=100, publish__pressures_ms=100))
     client = connect(emulator)
     client.newest("SERVO_Position")
-    client.send_p1(34.0)
-    client.newest("SERVO_Status", lambda f: f["Mode"] == RUNNING)
-    with paused(emulator.process_id, "sim", at_work=True):
-        let_time_pass(0.25)
+    with Control(tmp_path / "control") as control:
+        control.inject("missed_ticks", ms=250)
     client.for_ticks(3000)
     result = emulator.stop(may_be_late=True)
     late = statistics_of(stats, result)["late"]

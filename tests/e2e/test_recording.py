@@ -112,7 +112,7 @@ def test_published_is_what_came_over_the_bus(tmp_path, start, connect):
     emulator.wait()
     recording = Recording(tmp_path / "r")
     names = set(recording.published)
-    assert names == {"SERVO_Position", "SERVO_Pressures", "SERVO_Relay", "SERVO_Safety", "SERVO_Status"}
+    assert names == {"SERVO_Position", "SERVO_Pressures", "SERVO_Relay", "SERVO_Bus", "SERVO_Safety", "SERVO_Status"}
     for name in names:
         assert published_frames(client, recording, name) == received_frames(client, frames, name)
         assert len(recording.published[name]["tick"]) == 50 + (name == "SERVO_Status")

@@ -28,19 +28,11 @@ def _stop(thread):
     os.waitpid(thread, _ALL_THREADS)
 
 
-def _is_in_the_kernel(thread):
-    """Sleeps, as a rule: what was interrupted is no instruction of its own."""
-    return not Path(f"/proc/{thread}/syscall").read_text().startswith("-1 ")
-
-
 @contextlib.contextmanager
-def paused(process, name, at_work=False):
-    """The thread stands still inside the context. at_work: in the middle of its work, not of its sleep."""
+def paused(process, name):
+    """The thread stands still inside the context."""
     thread = thread_of(process, name)
     _stop(thread)
-    while at_work and _is_in_the_kernel(thread):
-        _ptrace(_DETACH, thread)
-        _stop(thread)
     try:
         yield
     finally:

@@ -106,7 +106,7 @@ void Reordered() {
 void CounterStuck() {
   EXPECT_TRUE(Fate(With("counter_stuck")).counter_stuck);
   EXPECT_STREQ(Unsupported(testing::Named("counter_stuck"), {}),
-               "no published message has a counter and a checksum");
+               "no published message has a counter: set e2e in [[can.publish]]");
 }
 void ChecksumWrong() {
   EXPECT_TRUE(Fate(With("checksum_wrong")).checksum_wrong);

@@ -108,7 +108,7 @@ std::size_t RequireQuantity(const Json& name) {
   const std::string asked = name;
   const std::string nearest = Nearest(asked, names);
   Reject("there is no quantity " + asked.substr(0, 40) +
-         (nearest.empty() ? "; PROTOCOL.md has all of them" : nearest));
+         (nearest.empty() ? "; PROTOCOL.md lists them, such as x3_in" : nearest));
 }
 
 Subscription UnderstandSubscribe(const Json& request) {

@@ -72,8 +72,7 @@ std::string Faults(const Json& faults) {
     std::string line = Formatted("fault      %-24s %3.0f %%", one.value("fault", "").c_str(),
                                  100.0 * one.value("share", 0.0));
     const Json parameters = one.value("parameters", Json::object());
-    for (const auto& [name, value] : parameters.items())
-      line += " " + name + "=" + Text(value);
+    for (const auto& [name, value] : parameters.items()) line += " " + name + "=" + Text(value);
     text += Line(line);
   }
   return text.empty() ? "fault      none\n" : text;
