@@ -36,6 +36,9 @@ export PYTHONDONTWRITEBYTECODE=1
 SERVOHIL_BUILD=$PWD/build/asan "${pytest[@]}" tests/e2e/test_{bus,cli,control,lockstep,snapshot}.py
 SERVOHIL_BUILD=$PWD/build/tsan "${pytest[@]}" -k "not kill" tests/e2e/test_{bus,control,lockstep,recording}.py
 
+say "fuzzers, from their corpora"
+tools/fuzz.sh -t 3
+
 say "release and sanitizer build step alike"
 tests/e2e/lockstep_soak.py --runs 20 --disturb --programs build/release build/asan
 

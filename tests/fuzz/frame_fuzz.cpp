@@ -38,7 +38,13 @@ void Use(const Contract& contract, std::string_view bytes) {
   const auto demand = contract.Decode(frame, rejection);
   if (!demand) return;
   Require(!frame.remote, "a remote frame says nothing");
-  Require(!demand->p1_psi || (*demand->p1_psi >= 0.0 && *demand->p1_psi <= 300.0), "P1 is within its range");
+  if (!demand->p1_psi) return;
+  const servohil::app::ReceivedMessage& command = contract.IncomingMessages().front();
+  const servohil::can::Signal& p1 = *command.p1;
+  Require(std::isfinite(*demand->p1_psi), "P1 is a number");
+  Require(!(p1.minimum < p1.maximum) || (*demand->p1_psi >= command.p1_to_psi(p1.minimum) &&
+                                         *demand->p1_psi <= command.p1_to_psi(p1.maximum)),
+          "P1 is within the range that the DBC states");
 }
 
 }  // namespace
