@@ -26,6 +26,7 @@ cmake --build --preset asan --target model_test fault_test rt_test can_test app_
 cmake --build --preset tsan --target rt_test can_test servohil
 
 say "unit tests under sanitizers"
+export LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0
 for test in model_test fault_test rt_test can_test app_test; do "build/asan/bin/$test" --gtest_brief=1; done
 for test in rt_test can_test; do "build/tsan/bin/$test" --gtest_brief=1; done
 
@@ -33,8 +34,8 @@ for test in rt_test can_test; do "build/tsan/bin/$test" --gtest_brief=1; done
 say "whole program under sanitizers"
 pytest=(/usr/bin/python3 -m pytest -q -p no:cacheprovider)
 export PYTHONDONTWRITEBYTECODE=1
-SERVOHIL_BUILD=$PWD/build/asan "${pytest[@]}" tests/e2e/test_{bus,cli,control,lockstep,snapshot}.py
-SERVOHIL_BUILD=$PWD/build/tsan "${pytest[@]}" -k "not kill" tests/e2e/test_{bus,control,lockstep,recording}.py
+SERVOHIL_BUILD=$PWD/build/asan "${pytest[@]}" tests/e2e/test_{bus,cli,control,lockstep,snapshot,injected_faults,safety,scenario,fault_can}.py
+SERVOHIL_BUILD=$PWD/build/tsan "${pytest[@]}" -k "not kill" tests/e2e/test_{bus,control,lockstep,recording,injected_faults,safety}.py
 
 say "fuzzers, from their corpora"
 tools/fuzz.sh -t 3
@@ -49,10 +50,10 @@ say "whole program on the real SocketCAN stack"
 export SERVOHIL_BUILD=$PWD/build/release
 if ip link show vcan0 >/dev/null 2>&1; then
   build/release/bin/socketcan_test
-  SERVOHIL_BUS=socketcan "${pytest[@]}" tests/e2e/test_bus.py tests/e2e/test_servohil_ci.py
+  SERVOHIL_BUS=socketcan "${pytest[@]}" tests/e2e/test_{bus,servohil_ci,injected_faults}.py
 else
   tools/vcan-guest --timeout 300 build/release/bin/socketcan_test
-  for file in test_bus test_servohil_ci; do
+  for file in test_bus test_servohil_ci test_injected_faults; do
     tools/vcan-guest --timeout 600 --env SERVOHIL_BUS=socketcan --env SERVOHIL_BUILD --env PYTHONDONTWRITEBYTECODE \
       -- "${pytest[@]}" "tests/e2e/$file.py"
   done
