@@ -190,8 +190,9 @@ class Bench:
         assert min(ticks_on_line(self.adapter)) > gone_tick - MOST_AGE_TICKS
 
     def adapter_stands_still(self, control):
+        wait_for(lambda: not control.ask("status")["buses"][1]["faults"])  # what was before is over
         self.adapter.stop_reading()
-        wait_for(lambda: "transmit queue full" in control.ask("status")["buses"][1]["faults"])
+        wait_for(lambda: control.ask("status")["buses"][1]["faults"] == ["transmit queue full"])
         full_tick = control.ask("status")["tick"]
         time.sleep(self.chance.uniform(0.5, 2.0))
         resume_tick = control.ask("status")["tick"]
