@@ -149,6 +149,11 @@ std::string ClockText(const Controller& controller) {
   return controller.clock_hz == 0 ? "" : " (its clock: " + std::to_string(controller.clock_hz) + " Hz)";
 }
 
+RestartResult ResultOf(int error) noexcept {
+  if (error == 0) return RestartResult::kDone;
+  return IsMissingPermission(error) ? RestartResult::kNotPermitted : RestartResult::kRefused;
+}
+
 /// Beyond its range, of which the kernel only says EINVAL or EDOM.
 bool IsOutOfRange(int error) noexcept {
   return error == EINVAL || error == EDOM || error == ERANGE;
@@ -235,13 +240,14 @@ void ConfigureLink(const std::string& name, const LinkSettings& settings) {
 RestartResult RestartLink(const std::string& name) {
   std::string reason;
   const std::uint32_t now = 1;
-  int error = SetController(name, IFLA_CAN_RESTART, now, reason);
-  if (error == EOPNOTSUPP) {
-    error = SetUp(name, false, reason);
-    if (error == 0) error = SetUp(name, true, reason);
-  }
-  if (error == 0) return RestartResult::kDone;
-  return IsMissingPermission(error) ? RestartResult::kNotPermitted : RestartResult::kRefused;
+  const int error = SetController(name, IFLA_CAN_RESTART, now, reason);
+  return error == EOPNOTSUPP ? ResetLink(name) : ResultOf(error);
+}
+
+RestartResult ResetLink(const std::string& name) {
+  std::string reason;
+  const int error = SetUp(name, false, reason);
+  return ResultOf(error == 0 ? SetUp(name, true, reason) : error);
 }
 
 }  // namespace servohil::can

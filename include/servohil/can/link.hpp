@@ -67,5 +67,7 @@ void ConfigureLink(const std::string& name, const LinkSettings& settings);
 enum class RestartResult : std::uint8_t { kDone, kNotPermitted, kRefused };
 /// Restarts a controller that is bus-off; where its driver cannot, the interface is taken down and up.
 RestartResult RestartLink(const std::string& name);
+/// Takes the interface down and up: whatever its controller and its queue hold is gone.
+RestartResult ResetLink(const std::string& name);
 
 }  // namespace servohil::can
