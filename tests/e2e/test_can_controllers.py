@@ -15,11 +15,12 @@ import can
 import pytest
 
 from control_socket import Control
-from emulator import ENVIRONMENT, PATIENCE_S, PROGRAM, REPOSITORY, USAGE, Emulator, run, settings
+from emulator import ENVIRONMENT, PROGRAM, REPOSITORY, USAGE, Emulator, run, settings
 
 pytestmark = pytest.mark.only("controllers")
 
 HERE, THERE = "can0", "can1"
+PATIENCE_S = 60.0  # an emulated processor, on a machine that may be busy
 P1_STEP_PSI = 30.533
 MOST_AGE_TICKS = 200  # of a frame that waits: 20 ms
 CONFIGURED = settings(can__allow_physical="true", can__configure="true")
