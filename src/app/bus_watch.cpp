@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <utility>
+
 #include "formatted.hpp"
 #include "servohil/can/interface_state.hpp"
 #include "servohil/error.hpp"
@@ -33,8 +35,10 @@ can::LinkSettings LinkSettingsOf(const CanSettings& settings) {
 BusWatch::BusWatch(Emulator& emulator, const can::Network& network, const CanSettings& settings)
     : emulator_(emulator), configure_(settings.configure), link_(LinkSettingsOf(settings)) {
   for (const auto& bus : network.Buses()) {
-    watched_.push_back(
-        {bus.get(), bus->Interface(), can::BusMonitor(bus->Name(), MonitorSettingsOf(settings)), {}, {}});
+    Watched watched{bus.get(), bus->Interface(), {bus->Name(), MonitorSettingsOf(settings)}, {}, {}};
+    // An adapter that is pulled out before the first look has to be known again, too.
+    if (const auto link = can::ReadLink(watched.interface)) watched.index = link->index;
+    watched_.push_back(std::move(watched));
     reports_.push_back({bus->Name(), {}});
   }
 }
