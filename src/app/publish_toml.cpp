@@ -15,7 +15,13 @@ constexpr int kLargestDataId = 65'535;
 
 std::string Shown(const toml::node& node) {
   std::ostringstream out;
-  node.visit([&](const auto& value) { out << value; });
+  node.visit([&](const auto& value) {
+    if constexpr (toml::is_floating_point<decltype(value)>) {
+      out << value.get();  // six digits are enough
+    } else {
+      out << value;
+    }
+  });
   std::string text = out.str();
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
