@@ -50,7 +50,8 @@ void Watch::Run(const StopSignals& signals) {
   for (bool ended = false; !ended;) {
     ended = Wait(signals);
     ended = TakeSignals(signals) || ended;
-    if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
+    emulator_.TakeNewest(now_);
+    LogWhatWentWrong();
     LogFrames();
     LogSilentGovernor();
     LogSafetyChanges();
