@@ -13,6 +13,8 @@ namespace {
 
 /// "config/servohil.toml:120: can.command.p1 = GOV_OUT.P1: "
 std::string Place(const Configuration& configuration, const std::string& key, const std::string& value) {
+  if (configuration.places.count(key) == 0)
+    return key + " is not set, and \"" + value + "\" in its place will not do: ";
   return configuration.PlaceOf(key) + ": " + key + " = \"" + value + "\": ";
 }
 

@@ -76,7 +76,7 @@ class MessageBinder {
                 const MessageSettings& settings)
       : configuration_(configuration),
         settings_(settings),
-        place_(settings.place.empty() ? "" : settings.place + ": "),
+        place_(settings.place.empty() ? "no [[can.publish]]: " : settings.place + ": "),
         found_(FindMessage(databases, settings.message, place_)) {}
 
   PublishedMessage Bind() {

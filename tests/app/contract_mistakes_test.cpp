@@ -148,6 +148,17 @@ TEST(ContractMistakes, FilesThatCannotBeRead) {
   }
 }
 
+TEST(ContractMistakes, WhatIsLeftOut) {
+  const std::string there = "; there are 3: GOV FB TEXT";
+  EXPECT_EQ(
+      testing::ContractFiles(kQuiet, {kDbc}).Error(),
+      "can.command.p1 is not set, and \"GOV_Command.P1_Demand\" in its place will not do: x.dbc: no message "
+      "'GOV_Command'" +
+          there);
+  EXPECT_EQ(testing::ContractFiles(kCommand, {kDbc}).Error(),
+            "no [[can.publish]]: x.dbc: no message 'SERVO_Position'" + there);
+}
+
 TEST(ContractMistakes, Protection) {
   EXPECT_EQ(
       PublishError("message = \"FB\"\ncycle_ms = 10\ne2e = \"crc8_j1850\"\ncounter = \"Lifd\"\n"),
