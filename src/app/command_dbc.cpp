@@ -3,10 +3,12 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "candump.hpp"
 #include "commands.hpp"
+#include "contract_json.hpp"
 #include "contract_report.hpp"
 #include "formatted.hpp"
 #include "servohil/app/contract.hpp"
@@ -17,6 +19,7 @@ namespace {
 struct Options {
   ConfigurationOptions configuration;
   std::filesystem::path log;
+  bool json = false;
 };
 
 using Id = std::pair<bool, std::uint32_t>;  // extended, identifier
@@ -43,6 +46,18 @@ std::string Line(const can::Message& message, const Contract& contract, const ca
     return message.name + Formatted(": %d of its %d bytes", int{frame.size}, message.size_bytes);
   const std::string meaning = DescribeMeaning(contract, frame);
   return message.name + ": " + DescribeFrame(message, frame) + (meaning.empty() ? "" : "  => " + meaning);
+}
+
+/// Each frame that the files describe, an object a line.
+void DecodeLogToJson(const Options& options, const Configuration& configuration, const Contract& contract) {
+  const can::Databases databases = can::ReadDbcs(configuration.can.dbc);
+  for (const can::Frame& frame : ReadCandump(options.log)) {
+    const can::Message* const message = MessageOf(databases, contract, frame);
+    if (message == nullptr) continue;
+    nlohmann::json line = FrameToJson(*message, contract, frame);
+    line["time_s"] = static_cast<double>(frame.receive_time_ns) / 1e9;
+    std::cout << line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  }
 }
 
 void DecodeLog(const Options& options, const Configuration& configuration, const Contract& contract) {
@@ -79,10 +94,17 @@ void AddDbcCommand(CLI::App& program, int& exit_status) {
   options->configuration.AddTo(command);
   command.add_option("--decode", options->log, "candump log to decode with the DBC files and the mapping")
       ->type_name("LOG");
+  command.add_flag("--json", options->json, "for pipelines: all in one object; of a log an object a line");
   command.callback([options, &exit_status] {
     const Configuration configuration = options->configuration.Load();
     const Contract contract(configuration);
-    if (options->log.empty()) {
+    if (options->json && options->log.empty()) {
+      std::cout << ContractToJson(contract, configuration.can)
+                       .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
+                << '\n';
+    } else if (options->json) {
+      DecodeLogToJson(*options, configuration, contract);
+    } else if (options->log.empty()) {
       std::cout << DescribeContract(contract, configuration.can);
     } else {
       DecodeLog(*options, configuration, contract);

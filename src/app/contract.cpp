@@ -83,6 +83,13 @@ Contract::Contract(can::Databases databases, const Configuration& configuration)
 
 Contract::Contract(const Configuration& configuration) : Contract(ReadDbcs(configuration), configuration) {}
 
+const ReceivedMessage* Contract::FindIncoming(const can::Frame& frame) const noexcept {
+  const auto found = std::find_if(incoming_.begin(), incoming_.end(), [&](const ReceivedMessage& one) {
+    return !frame.error && one.pattern.Matches(frame.id, frame.extended);
+  });
+  return found == incoming_.end() ? nullptr : &*found;
+}
+
 bool Contract::HasEnable() const noexcept {
   return std::any_of(incoming_.begin(), incoming_.end(),
                      [](const ReceivedMessage& one) { return one.enable.has_value(); });
@@ -96,10 +103,8 @@ std::vector<can::WantedId> Contract::Wanted() const {
 
 std::optional<Demand> Contract::Decode(const can::Frame& frame, CommandRejection& rejection) const noexcept {
   rejection = CommandRejection::kUnknownId;
-  const auto incoming = std::find_if(incoming_.begin(), incoming_.end(), [&](const ReceivedMessage& one) {
-    return !frame.error && one.pattern.Matches(frame.id, frame.extended);
-  });
-  if (incoming == incoming_.end()) return std::nullopt;
+  const ReceivedMessage* const incoming = FindIncoming(frame);
+  if (incoming == nullptr) return std::nullopt;
   if (frame.remote || int{frame.size} < incoming->message->size_bytes) {
     rejection = CommandRejection::kMalformed;
     return std::nullopt;

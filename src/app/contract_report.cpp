@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "contract_names.hpp"
+#include "contract_protection.hpp"
 #include "formatted.hpp"
 #include "servohil/can/codec.hpp"
 #include "servohil/can/frame_bits.hpp"
@@ -83,36 +84,6 @@ std::string MessageLine(const can::Database& database, const can::Message& messa
          std::to_string(message.line) + "\n";
 }
 
-std::string BitsText(const can::ByteField& field) {
-  const int first = static_cast<int>(field.byte) * 8 + field.low_bit;
-  return Formatted("bits %d to %d", first, first + field.length_bits - 1);
-}
-
-/// "    e2e autosar_p1, Data ID 0x123 alt: counter 0 to 14 in bits 8 to 11, checksum in bits 0 to 7".
-std::string ProtectionLine(const std::optional<can::E2eLayout>& protection) {
-  if (!protection) return {};
-  std::string text =
-      std::string("    e2e ") + can::kE2eProfileNames[static_cast<std::size_t>(protection->profile)];
-  if (protection->has_data_id)
-    text += Formatted(", Data ID 0x%X ", unsigned{protection->data_id}) +
-            can::kDataIdModeNames[static_cast<std::size_t>(protection->data_id_mode)];
-  text += Formatted(": counter 0 to %u in ", protection->modulus - 1) + BitsText(protection->counter);
-  return text + (can::HasChecksum(*protection) ? ", checksum in " + BitsText(protection->checksum) : "") +
-         "\n";
-}
-
-bool LiesAt(const can::Signal& signal, const can::ByteField& field) {
-  const int low = signal.little_endian ? signal.start_bit : signal.start_bit - signal.length_bits + 1;
-  return low == static_cast<int>(field.byte) * 8 + field.low_bit && signal.length_bits == field.length_bits;
-}
-
-/// What e2e writes into the signal; empty: nothing.
-std::string ProtectionText(const std::optional<can::E2eLayout>& protection, const can::Signal& signal) {
-  if (!protection) return {};
-  if (LiesAt(signal, protection->counter)) return "counter of e2e";
-  return can::HasChecksum(*protection) && LiesAt(signal, protection->checksum) ? "checksum of e2e" : "";
-}
-
 std::string DescribeIncoming(const ReceivedMessage& incoming) {
   std::string text = ProtectionLine(incoming.protection);
   for (const can::Signal& signal : incoming.message->signals) {
@@ -126,8 +97,8 @@ std::string DescribeIncoming(const ReceivedMessage& incoming) {
       text += SignalLine(signal, ConditionText(*incoming.enable, "enabled"));
     if (incoming.trip && &signal == incoming.trip->signal)
       text += SignalLine(signal, ConditionText(*incoming.trip, "tripped"));
-    if (const std::string meaning = ProtectionText(incoming.protection, signal); !meaning.empty())
-      text += SignalLine(signal, meaning);
+    if (const char* const role = RoleOf(incoming.protection, signal); role != nullptr)
+      text += SignalLine(signal, std::string(role) + " of e2e");
   }
   return text;
 }
@@ -143,26 +114,13 @@ std::string DescribePage(const PublishedMessage& outgoing, const Page& page) {
     if (!can::Carries(*outgoing.message, signal, data)) continue;
     const auto field = std::find_if(page.fields.begin(), page.fields.end(),
                                     [&](const Field& one) { return one.signal == &signal; });
-    std::string meaning = ProtectionText(outgoing.protection, signal);
-    if (meaning.empty()) {
-      meaning = field == page.fields.end() ? "always " + ValueText(signal, data)
-                                           : field->quantity->name + LinearText(field->convert);
-    }
+    const char* const role = RoleOf(outgoing.protection, signal);
+    std::string meaning =
+        role == nullptr ? "always " + ValueText(signal, data) : std::string(role) + " of e2e";
+    if (field != page.fields.end()) meaning = field->quantity->name + LinearText(field->convert);
     text += SignalLine(signal, meaning);
   }
   return text;
-}
-
-const ReceivedMessage* FindIncoming(const Contract& contract, const can::Frame& frame) {
-  const auto all = contract.IncomingMessages();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const ReceivedMessage& one) {
-    return one.pattern.Matches(frame.id, frame.extended);
-  });
-  return found == all.end() ? nullptr : &*found;
-}
-
-bool Intact(const std::optional<can::E2eLayout>& protection, const can::Frame& frame) {
-  return !protection || can::IsIntact(*protection, frame.id, {frame.data.data(), frame.size});
 }
 
 std::string CommandMeaning(const Contract& contract, const can::Frame& frame) {
@@ -170,7 +128,7 @@ std::string CommandMeaning(const Contract& contract, const can::Frame& frame) {
   const std::optional<Demand> demand = contract.Decode(frame, why);
   std::string text;
   const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-  if (why != CommandRejection::kMalformed && !Intact(FindIncoming(contract, frame)->protection, frame))
+  if (why != CommandRejection::kMalformed && !IsIntact(contract.FindIncoming(frame)->protection, frame))
     return "wrong counter or checksum: not a command";
   if (why == CommandRejection::kOutOfRange) add("P1 out of range: not a command");
   if (why == CommandRejection::kMalformed) add("too short: not a command");
@@ -183,7 +141,7 @@ std::string CommandMeaning(const Contract& contract, const can::Frame& frame) {
 
 std::string PublishedMeaning(const PublishedMessage& outgoing, const can::Frame& frame) {
   const std::span<const std::uint8_t> data(frame.data.data(), frame.size);
-  std::string text = Intact(outgoing.protection, frame) ? "" : "wrong counter or checksum";
+  std::string text = IsIntact(outgoing.protection, frame) ? "" : "wrong counter or checksum";
   for (const Page& page : outgoing.pages) {
     if (page.selected_by && can::ExtractRaw(*outgoing.message->Selector(), data) != *page.selected_by)
       continue;
@@ -232,7 +190,7 @@ std::string DescribeFrame(const can::Message& message, const can::Frame& frame) 
 }
 
 std::string DescribeMeaning(const Contract& contract, const can::Frame& frame) {
-  if (FindIncoming(contract, frame) != nullptr) return CommandMeaning(contract, frame);
+  if (contract.FindIncoming(frame) != nullptr) return CommandMeaning(contract, frame);
   for (const PublishedMessage& outgoing : contract.OutgoingMessages()) {
     const bool same = outgoing.message->id == frame.id && outgoing.message->extended == frame.extended;
     if (same && int{frame.size} >= outgoing.message->size_bytes) return PublishedMeaning(outgoing, frame);

@@ -1,6 +1,7 @@
 """Every end-to-end protection over a bus, in both directions, against e2e_profiles.py: what is right is followed and
 comes back right, and each kind of wrong frame is counted as what it is. In lockstep with a sync frame."""
 
+import json
 import re
 from dataclasses import dataclass, replace
 
@@ -296,6 +297,12 @@ def test_the_protection_is_shown_and_a_log_is_judged_by_it(tmp_path):
     damaged = answer[:-1] + bytes([answer[-1] ^ 0x80])
     log.write_text("".join(f"({i}.000000) can0 {can_id:08X}#{data.hex()}\n" for i, (can_id, data) in enumerate(
         [(case.ids[0], right), (case.ids[0], wrong), (case.ids[1], answer), (case.ids[1], damaged)])))
+    objects = [json.loads(line) for line in run("dbc", *arguments, "--decode", log, "--json").stdout.splitlines()]
+    assert [(o.get("refused"), o.get("p1_psi")) for o in objects] == [
+        (None, pytest.approx(31.0)), ("corrupted", None), (None, None), ("corrupted", None)]
+    for message, data_id in zip(("received", "sent"), (0x123, 0xBEE)):
+        protection = json.loads(run("dbc", *arguments, "--json").stdout)[message][0]["protection"]
+        assert protection == {"e2e": "autosar_p1", "counter_maximum": 14, "data_id": data_id, "data_id_mode": "alt"}
     lines = run("dbc", *arguments, "--decode", log).stdout.splitlines()
     assert [line.partition("  => ")[2] for line in lines[:4]] == [
         "P1 31 psi", "wrong counter or checksum: not a command", "x3_in -1", "wrong counter or checksum, x3_in -1"]

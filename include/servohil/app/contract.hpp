@@ -108,6 +108,8 @@ class Contract {
   bool IsCommand(const can::Frame& frame) const noexcept {
     return !frame.error && incoming_.front().pattern.Matches(frame.id, frame.extended);
   }
+  /// What the frame is to be read as; null: none of the governor's messages. Real-time safe.
+  const ReceivedMessage* FindIncoming(const can::Frame& frame) const noexcept;
   /// Whether the governor has an enable signal.
   bool HasEnable() const noexcept;
   /// Identifiers to receive.
