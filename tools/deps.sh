@@ -9,8 +9,8 @@ ci=("${build[@]}" python3-pytest python3-can python3-serial python3-canmatrix)
 demo=("${build[@]}" python3-can python3-serial python3-canmatrix python3-matplotlib python3-numpy iproute2)
 guest=(flex bison bc gcc make xz-utils libc6-dev iproute2)
 test=("${demo[@]}" "${guest[@]}" libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev clang-format clang-tidy
-      clang-tools python3-pytest python3-hypothesis python3-scipy python3-h5py python3-crcmod can-utils rt-tests stress-ng shellcheck git
-      clang libclang-rt-14-dev systemd)
+      clang-tools python3-pytest python3-hypothesis python3-scipy python3-h5py python3-crcmod can-utils rt-tests stress-ng
+      shellcheck git clang libclang-rt-14-dev systemd)
 
 [ $# -gt 0 ] || { echo "usage: tools/deps.sh build|ci|demo|test|guest ..." >&2; exit 2; }
 wanted=()
