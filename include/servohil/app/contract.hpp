@@ -112,6 +112,8 @@ class Contract {
   const ReceivedMessage* FindIncoming(const can::Frame& frame) const noexcept;
   /// Whether the governor has an enable signal.
   bool HasEnable() const noexcept;
+  /// The DBC files.
+  const can::Databases& Databases() const noexcept { return databases_; }
   /// Identifiers to receive.
   std::vector<can::WantedId> Wanted() const;
   /// What `frame` says. `rejection` tells why it says nothing, or why the P1 in it does not count.
