@@ -25,12 +25,11 @@ struct Options {
 using Id = std::pair<bool, std::uint32_t>;  // extended, identifier
 
 /// Of all that the files describe, the message of a frame; null: unknown.
-const can::Message* MessageOf(const can::Databases& databases, const Contract& contract,
-                              const can::Frame& frame) {
+const can::Message* MessageOf(const Contract& contract, const can::Frame& frame) {
   for (const ReceivedMessage& incoming : contract.IncomingMessages()) {
     if (incoming.pattern.Matches(frame.id, frame.extended)) return incoming.message;
   }
-  for (const can::Database& file : databases.files) {
+  for (const can::Database& file : contract.Databases().files) {
     const auto found =
         std::find_if(file.messages.begin(), file.messages.end(), [&](const can::Message& message) {
           return message.id == frame.id && message.extended == frame.extended;
@@ -49,10 +48,9 @@ std::string Line(const can::Message& message, const Contract& contract, const ca
 }
 
 /// Each frame that the files describe, an object a line.
-void DecodeLogToJson(const Options& options, const Configuration& configuration, const Contract& contract) {
-  const can::Databases databases = can::ReadDbcs(configuration.can.dbc);
+void DecodeLogToJson(const Options& options, const Contract& contract) {
   for (const can::Frame& frame : ReadCandump(options.log)) {
-    const can::Message* const message = MessageOf(databases, contract, frame);
+    const can::Message* const message = MessageOf(contract, frame);
     if (message == nullptr) continue;
     nlohmann::json line = FrameToJson(*message, contract, frame);
     line["time_s"] = static_cast<double>(frame.receive_time_ns) / 1e9;
@@ -60,13 +58,12 @@ void DecodeLogToJson(const Options& options, const Configuration& configuration,
   }
 }
 
-void DecodeLog(const Options& options, const Configuration& configuration, const Contract& contract) {
-  const can::Databases databases = can::ReadDbcs(configuration.can.dbc);
+void DecodeLog(const Options& options, const Contract& contract) {
   std::map<std::string, unsigned long long> known;
   std::map<Id, unsigned long long> unknown;
   const std::vector<can::Frame> frames = ReadCandump(options.log);
   for (const can::Frame& frame : frames) {
-    const can::Message* const message = MessageOf(databases, contract, frame);
+    const can::Message* const message = MessageOf(contract, frame);
     if (message == nullptr) {
       ++unknown[{frame.extended, frame.id}];
       continue;
@@ -103,11 +100,11 @@ void AddDbcCommand(CLI::App& program, int& exit_status) {
                        .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
                 << '\n';
     } else if (options->json) {
-      DecodeLogToJson(*options, configuration, contract);
+      DecodeLogToJson(*options, contract);
     } else if (options->log.empty()) {
       std::cout << DescribeContract(contract, configuration.can);
     } else {
-      DecodeLog(*options, configuration, contract);
+      DecodeLog(*options, contract);
     }
     exit_status = kExitOk;
   });

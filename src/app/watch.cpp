@@ -128,11 +128,11 @@ void Watch::LogSilentGovernor() {
   const bool silent = !now_.status.commanded && frames.Valid() + frames.Rejected() == 0;
   if (told_silence_ || !silent || now_.sample.tick < kPatienceTicks) return;
   told_silence_ = true;
-  const can::Message& message = contract_.CommandMessage();
+  const can::Message& message = emulator_.Frames().CommandMessage();
   spdlog::info(
       "no {} ({}) so far: does the governor send it with this identifier? candump shows what there is{}",
       message.name, IdText(message.id, message.extended),
-      message.extended && !contract_.IncomingMessages().front().pattern.pgn
+      message.extended && !emulator_.Frames().IncomingMessages().front().pattern.pgn
           ? "; J1939 of any source address: can.command.pgn = true"
           : "");
 }
