@@ -33,7 +33,7 @@ test_on_vcan() {
   local guest=(tools/vcan-guest --timeout 600 --env "SERVOHIL_BUILD=$PWD/build/release" --env SERVOHIL_BUS=socketcan
     --env PYTHONDONTWRITEBYTECODE --)
   "${guest[@]}" build/release/bin/socketcan_test --gtest_brief=1
-  for file in bus bus_faults injected_faults servohil_ci; do "${guest[@]}" "${pytest[@]}" "tests/e2e/test_$file.py"; done
+  for file in bus bus_faults enable_trip injected_faults protection safety servohil_ci; do "${guest[@]}" "${pytest[@]}" "tests/e2e/test_$file.py"; done
 }
 set -m # a process group of its own, to be ended as a whole
 test_on_vcan >build/on_vcan.log 2>&1 &
