@@ -14,6 +14,7 @@
 #include "servohil/app/load_file.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
+#include "toml_error.hpp"
 #include "toml_text.hpp"
 
 namespace servohil::app {
@@ -49,9 +50,7 @@ class Loader {
       const toml::table table = toml::parse(text, file.string());
       Read(table, "", file.string(), file.parent_path());
     } catch (const toml::parse_error& error) {
-      const auto line = error.source().begin.line;
-      throw UsageError(OneLine(file.string() + (line != 0 ? ":" + std::to_string(line) : "") + ": " +
-                               std::string(error.description())));
+      throw UsageError(OneLine(DescribeTomlError(error, text, file.string())));
     }
   }
 
@@ -253,6 +252,8 @@ class Loader {
 
   void ReadLoad() {
     model::LoadParameters& load = config_.model.load;
+    if (!std::filesystem::exists(config_.load_file))
+      Fail("load.file", config_.load_file, "there is no such file; a copy of config/load_curve.csv will do");
     load.opening = ReadLoadCurve(config_.load_file);
     load.has_closing = !config_.load_closing_file.empty();
     if (!load.has_closing) return;

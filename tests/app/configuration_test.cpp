@@ -84,6 +84,36 @@ TEST(Configuration, MistakesInAFileNameItsLine) {
   EXPECT_EQ(ErrorOf({}, file).rfind(file, 0), 0U) << ErrorOf({}, file);
 }
 
+/// The line as it stands, and what would be right.
+TEST(Configuration, WhatIsNoTomlLeadsOn) {
+  const auto error = [](const std::string& text) -> std::string {
+    try {
+      ParseConfiguration(text, "x.toml", {});
+    } catch (const UsageError& mistake) {
+      return mistake.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(error("[can.command]\r\n  p1 = GOV.P1\r\n"),
+            "x.toml:2: p1 = GOV.P1: could not determine value type: a text stands in quotes");
+  EXPECT_EQ(error("[can.command]\npgn = True"),
+            "x.toml:2: pgn = True: expected 'true', saw 'T': true and false are written in small letters");
+  const std::vector<std::pair<std::string, std::string>> others = {
+      {"dbc = [\"C:\\Users\\me\\x.dbc\"]", ": a backslash begins an escape: write / or 'single quotes'"},
+      {"dbc = [\"C:\\dbc\\x.dbc\"]", ": a backslash begins an escape: write / or 'single quotes'"},
+      {"[can.publish]\n[can.publish]",
+       ": each table stands once; lists of tables have double brackets: [[can.publish]]"},
+      {"name = \"a\nb = 1", ": is a closing quote missing?"},
+      {"a = 1 # \xB0", ": save the file as UTF-8"}};
+  for (const auto& [text, end] : others) {
+    const std::string said = error(text);
+    EXPECT_EQ(said.substr(0, 7), "x.toml:") << said;
+    ASSERT_GE(said.size(), end.size()) << said;
+    EXPECT_EQ(said.substr(said.size() - end.size()), end) << said;
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+  }
+}
+
 TEST(Configuration, TheLoadTableIsChecked) {
   const std::string file = ::testing::TempDir() + "load.csv";
   const auto error_for = [&](const std::string& text) {

@@ -23,6 +23,7 @@ struct Command {
   std::uint64_t good = 0;  ///< valid, enabled, without trip, so far
   std::uint64_t good_in_a_row = 0;  ///< since the last that was not
   std::uint64_t trips = 0;          ///< valid with trip, so far
+  std::uint64_t disablings = 0;     ///< valid and not enabled, so far
 };
 
 /// State machine of a run, signal Mode of SERVO_Status.
