@@ -45,4 +45,18 @@ inline std::string NearestName(std::string_view wrong, std::span<const std::stri
   return nearest;
 }
 
+/// "a, b, c"
+inline std::string Listed(std::span<const std::string> names) {
+  std::string all;
+  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+  return all;
+}
+
+/// "did you mean X?", or `otherwise` where no candidate is near.
+inline std::string DidYouMean(std::string_view wrong, std::span<const std::string> candidates,
+                              const std::string& otherwise) {
+  const std::string nearest = NearestName(wrong, candidates);
+  return nearest.empty() ? otherwise : "did you mean " + nearest + "?";
+}
+
 }  // namespace servohil

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "bus_watch.hpp"
 #include "formatted.hpp"
 #include "servohil/can/interface_state.hpp"
 #include "servohil/error.hpp"
@@ -58,6 +59,39 @@ void ReportBuses(const can::Network& network, int bit_rate_bit_s) {
                    bus->Name(), *real, bit_rate_bit_s);
     }
   }
+}
+
+can::BusOptions BusOptionsOf(const Contract& contract, const Configuration& configuration,
+                             const EmulatorOptions& options) {
+  can::BusOptions bus;
+  bus.wanted = contract.Wanted();
+  if (configuration.fault.allow_can) bus.wanted.push_back(FaultPort::RequestId(contract.Databases()));
+  if (options.clock == Clock::kLockstep && options.lockstep.sync_id >= 0)
+    bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});
+  // What another node sends with an identifier of ours is to be seen, too.
+  for (std::size_t i = 0; i < contract.MessageCount(); ++i)
+    bus.wanted.push_back({contract.MessageOf(i).id, contract.MessageOf(i).extended});
+  const CanSettings& can = configuration.can;
+  bus.bit_rate_bit_s = static_cast<std::uint32_t>(can.bit_rate_bit_s);
+  bus.allow_physical = can.allow_physical;
+  if (can.configure) bus.configure = LinkSettingsOf(can);
+  if (can.emulate_bit_rate_bit_s == 0) return bus;
+  bus.wanted.clear();  // everybody's frames take their time
+  if (options.clock == Clock::kReal) bus.model = BusModelOf(can);
+  return bus;
+}
+
+can::BusModelSettings BusModelOf(const CanSettings& can) {
+  return {static_cast<std::uint32_t>(can.emulate_bit_rate_bit_s), static_cast<std::size_t>(can.queue_length)};
+}
+
+std::vector<std::string> BusNames(const can::Network& network) {
+  std::vector<std::string> names;
+  for (const auto& bus : network.Buses()) {
+    const std::string name = bus->Name().substr(bus->Name().find(':') + 1);
+    names.push_back(name.rfind("/dev/", 0) == 0 ? name.substr(5) : name);
+  }
+  return names;
 }
 
 }  // namespace servohil::app

@@ -6,6 +6,7 @@
 
 #include "servohil/app/configuration.hpp"
 #include "servohil/app/contract.hpp"
+#include "servohil/app/emulator.hpp"
 #include "servohil/can/network.hpp"
 
 namespace servohil::app {
@@ -18,5 +19,15 @@ void CheckBusLoad(const Contract& contract, const CanSettings& can);
 
 /// Logs the state of each bus that has one; warns where its bit rate is not the one that the load is for.
 void ReportBuses(const can::Network& network, int bit_rate_bit_s);
+
+/// What this run wants of its buses: identifiers, bit rate, model.
+can::BusOptions BusOptionsOf(const Contract& contract, const Configuration& configuration,
+                             const EmulatorOptions& options);
+
+/// Of can.emulate_bitrate.
+can::BusModelSettings BusModelOf(const CanSettings& can);
+
+/// For bus.log: "vcan0", "pts/3".
+std::vector<std::string> BusNames(const can::Network& network);
 
 }  // namespace servohil::app

@@ -40,9 +40,8 @@ namespace {
 int NoSuchSubcommand(const CLI::App& program, const std::string& word) {
   std::vector<std::string> names;
   for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
-  const std::string nearest = NearestName(word, names);
-  std::cerr << "servohil: there is no subcommand " << word
-            << (nearest.empty() ? "; --help lists them" : "; did you mean " + nearest + "?") << '\n';
+  std::cerr << "servohil: there is no subcommand " << word << "; "
+            << DidYouMean(word, names, "--help lists them") << '\n';
   return kExitUsage;
 }
 

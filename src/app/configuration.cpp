@@ -14,6 +14,7 @@
 #include "servohil/app/load_file.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
+#include "toml_text.hpp"
 
 namespace servohil::app {
 namespace {
@@ -29,12 +30,6 @@ std::string OneLine(std::string text) {
   const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == '\x7f'; };
   std::replace_if(text.begin(), text.end(), is_control, ' ');
   return text;
-}
-
-std::string Shown(const toml::node& node) {
-  std::ostringstream out;
-  node.visit([&](const auto& value) { out << value; });
-  return out.str();
 }
 
 /// For `--set`: numbers that TOML writes otherwise (.15, 1e-3 is fine), else a text without its quotes.
@@ -177,10 +172,8 @@ class Loader {
     if (key == keys.end()) {
       std::vector<std::string> names;
       for (const Key& k : keys) names.emplace_back(k.name);
-      const std::string nearest = NearestName(name, names);
-      throw UsageError(
-          place + ": unknown key " + name +
-          (nearest.empty() ? "; `servohil run --help-keys` lists all" : "; did you mean " + nearest + "?"));
+      throw UsageError(place + ": unknown key " + name + "; " +
+                       DidYouMean(name, names, "`servohil run --help-keys` lists all"));
     }
     places_[name] = place;
     std::visit([&](auto where) { Assign(*key, node, where(config_)); }, key->place);

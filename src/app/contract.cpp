@@ -5,12 +5,11 @@
 #include <utility>
 
 #include "contract_binding.hpp"
+#include "servohil/app/ticks.hpp"
 #include "servohil/can/codec.hpp"
 
 namespace servohil::app {
 namespace {
-
-constexpr int kTicksPerMs = 10;
 
 using Data = std::span<const std::uint8_t>;
 

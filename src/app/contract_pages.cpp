@@ -9,6 +9,7 @@
 #include "contract_binding.hpp"
 #include "contract_names.hpp"
 #include "formatted.hpp"
+#include "servohil/app/ticks.hpp"
 #include "servohil/can/codec.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
@@ -16,7 +17,6 @@
 namespace servohil::app {
 namespace {
 
-constexpr int kTicksPerMs = 10;
 constexpr std::uint8_t kJ1939Unused = 0xFF;  // SAE J1939-71: what is not defined is all ones
 
 struct DefaultMessage {
@@ -48,11 +48,10 @@ bool IsMeasured(const Quantity& quantity) {
   return unit == "in" || unit == "in/s" || unit == "psi";
 }
 
-std::string AllQuantities(const char* Quantity::*name) {
-  std::string all;
-  for (const Quantity& quantity : Quantities())
-    all += (all.empty() ? "" : ", ") + std::string(quantity.*name);
-  return all;
+std::string AllSignals() {
+  std::vector<std::string> names;
+  for (const Quantity& quantity : Quantities()) names.emplace_back(quantity.signal);
+  return Listed(names);
 }
 
 /// What a signal starts with; beyond what it holds: the nearest.
@@ -123,7 +122,7 @@ class MessageBinder {
         throw UsageError(
             place_ + At(signal.line) + found_.message->name + "." + signal.name +
             " is no quantity of the emulator: say with `signals` what it carries, or name it one of " +
-            AllQuantities(&Quantity::signal));
+            AllSignals());
       }
       SignalSettings settings;
       settings.signal = signal.name;
@@ -182,10 +181,8 @@ class MessageBinder {
   [[noreturn]] static void FailQuantity(const std::string& name, const std::string& place) {
     std::vector<std::string> names;
     for (const Quantity& quantity : Quantities()) names.emplace_back(quantity.name);
-    const std::string nearest = NearestName(name, names);
-    throw UsageError(
-        place + "\"" + name + "\" is no quantity of the emulator; " +
-        (nearest.empty() ? "there are " + AllQuantities(&Quantity::name) : "did you mean " + nearest + "?"));
+    throw UsageError(place + "\"" + name + "\" is no quantity of the emulator; " +
+                     DidYouMean(name, names, "there are " + Listed(names)));
   }
 
   static void CheckConstant(const FoundSignal& found, const SignalSettings& settings,

@@ -15,7 +15,6 @@
 namespace servohil::app {
 namespace {
 
-constexpr int kTicksPerMs = 10;
 constexpr double kNsPerMs = 1e6;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.
@@ -66,8 +65,10 @@ Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState
       loop_(options.task.loop.wake_ticks * kTickNs,
             static_cast<std::uint64_t>(options.task.loop.grace_ms * kTicksPerMs /
                                        options.task.loop.wake_ticks)),
+      as_listed_(contract.MessageCount()),
       finished_fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   if (finished_fd_ < 0) throw EnvironmentError("no event descriptor: too many open files");
+  std::iota(as_listed_.begin(), as_listed_.end(), std::size_t{0});
 }
 
 Emulator::~Emulator() {
@@ -80,7 +81,7 @@ rt::Shortcomings Emulator::Start() {
     StartRealTime();
   } else {
     if (options_.lockstep_bus) lockstep_bus_.emplace(contract_, *options_.lockstep_bus);
-    simulation_thread_ = std::thread([this] { lockstep_bus_ ? RunModelledLockstep() : RunLockstep(); });
+    simulation_thread_ = std::thread([this] { RunLockstep(); });
   }
   return shortcomings_;
 }
@@ -193,66 +194,62 @@ void Emulator::RunSender() {
 
 void Emulator::RunLockstep() {
   rt::NameThread("sim");
-  std::vector<std::size_t> order(contract_.MessageCount());
-  std::iota(order.begin(), order.end(), std::size_t{0});
   bool goes_on = true;
   while (goes_on && !stop_.load(std::memory_order_relaxed)) {
-    const std::optional<can::Frame> frame = network_.Receive(kLookForRequestsMs);
-    turns_.fetch_add(1, std::memory_order_relaxed);
-    task_->ServeRequests();
-    if (!frame) continue;
-    TakeFaultRequest(*frame);
-    task_->ServeRequests();
-    SendFaultResponses();
-    const std::uint64_t valid_before = receiver_->ValidCommands();
-    const bool is_command = receiver_->Take(*frame);
-    if (!LetsTimePass(*frame, is_command)) continue;
-    receiver_->TakeDelayed();
-    goes_on = task_->Run(options_.lockstep.ticks, IsSilence(valid_before));
-    sender_->SendAll(stop_, order);
+    if (const std::optional<can::Frame> frame = NextInLockstep())
+      goes_on = lockstep_bus_ ? FollowOnModelledBus(*frame) : Follow(*frame);
   }
   Finish();
 }
 
+/// What it asks of faults is answered here, at once: no time need pass for it. Empty: none came for a while.
+std::optional<can::Frame> Emulator::NextInLockstep() noexcept {
+  const std::optional<can::Frame> frame = network_.Receive(kLookForRequestsMs);
+  turns_.fetch_add(1, std::memory_order_relaxed);
+  task_->ServeRequests();
+  if (!frame || frame->error) return frame;
+  TakeFaultRequest(*frame);
+  task_->ServeRequests();
+  SendFaultResponses();
+  return frame;
+}
+
+bool Emulator::Follow(const can::Frame& frame) noexcept {
+  const std::uint64_t valid_before = receiver_->ValidCommands();
+  const bool is_command = receiver_->Take(frame);
+  if (!LetsTimePass(frame, is_command)) return true;
+  receiver_->TakeDelayed();
+  const bool goes_on = task_->Run(options_.lockstep.ticks, IsSilence(valid_before));
+  sender_->SendAll(stop_, as_listed_);
+  return goes_on;
+}
+
 /// What is received waits for the modelled bus and acts within the tick in which it has passed. A frame with
 /// the command's identifier lets time pass even before it can be told whether it is a valid one.
-void Emulator::RunModelledLockstep() {
-  rt::NameThread("sim");
-  bool goes_on = true;
-  while (goes_on && !stop_.load(std::memory_order_relaxed)) {
-    const std::optional<can::Frame> frame = network_.Receive(kLookForRequestsMs);
-    turns_.fetch_add(1, std::memory_order_relaxed);
-    task_->ServeRequests();
-    if (!frame) continue;
-    if (frame->error) {
-      receiver_->Take(*frame);
-      continue;
-    }
-    TakeFaultRequest(*frame);
-    task_->ServeRequests();
-    SendFaultResponses();
-    std::uint64_t tick = task_->Now().sample.tick;
-    lockstep_bus_->Offer(*frame, tick);
-    const bool is_command =
-        !frame->remote && contract_.IncomingMessages().front().pattern.Matches(frame->id, frame->extended);
-    if (!LetsTimePass(*frame, is_command)) continue;
-    const std::uint64_t end = tick + static_cast<std::uint64_t>(options_.lockstep.ticks);
-    const std::uint64_t valid_before = receiver_->ValidCommands();
-    const bool by_sync = options_.lockstep.sync_id >= 0;
-    for (auto passed = lockstep_bus_->Next(end); passed; passed = lockstep_bus_->Next(end)) {
-      goes_on = goes_on && task_->Run(static_cast<int>(passed->tick - tick), by_sync);
-      tick = passed->tick;
-      receiver_->Take(passed->frame);
-      TakeFaultRequest(passed->frame);
-    }
-    task_->ServeRequests();
-    SendFaultResponses();
-    receiver_->TakeDelayed();
-    goes_on = goes_on && task_->Run(static_cast<int>(end - tick), IsSilence(valid_before));
-    sender_->SendAll(stop_, lockstep_bus_->Order());
-    lockstep_bus_->OfferAnswer(end);
+bool Emulator::FollowOnModelledBus(const can::Frame& frame) noexcept {
+  if (frame.error) {
+    receiver_->Take(frame);
+    return true;
   }
-  Finish();
+  std::uint64_t tick = task_->Now().sample.tick;
+  lockstep_bus_->Offer(frame, tick);
+  const bool is_command =
+      !frame.remote && contract_.IncomingMessages().front().pattern.Matches(frame.id, frame.extended);
+  if (!LetsTimePass(frame, is_command)) return true;
+  const std::uint64_t end = tick + static_cast<std::uint64_t>(options_.lockstep.ticks);
+  const std::uint64_t valid_before = receiver_->ValidCommands();
+  const bool by_sync = options_.lockstep.sync_id >= 0;
+  bool goes_on = true;
+  for (auto passed = lockstep_bus_->Next(end); passed; passed = lockstep_bus_->Next(end)) {
+    goes_on = goes_on && task_->Run(static_cast<int>(passed->tick - tick), by_sync);
+    tick = passed->tick;
+    receiver_->Take(passed->frame);
+  }
+  receiver_->TakeDelayed();
+  goes_on = goes_on && task_->Run(static_cast<int>(end - tick), IsSilence(valid_before));
+  sender_->SendAll(stop_, lockstep_bus_->Order());
+  lockstep_bus_->OfferAnswer(end);
+  return goes_on;
 }
 
 std::optional<can::BusModelStatistics> Emulator::ModelledBus() const noexcept {

@@ -29,14 +29,20 @@ fault::Injection PresetOf(const fault::Spec& spec) noexcept {
 
 }  // namespace
 
-FaultPort::FaultPort(const can::Message& request, const can::Message& response, const Rights& rights)
-    : request_(request),
-      response_(response),
+FaultPort::FaultPort(const can::Databases& databases, const Rights& rights)
+    : request_(*databases.RequireMessage("FAULT_Request").message),
+      response_(*databases.RequireMessage("FAULT_Response").message),
       in_{Require(request_, "Action"), Require(request_, "Number"), Require(request_, "Fault"),
           Require(request_, "Field"),  Require(request_, "Target"), Require(request_, "Value")},
       out_{Require(response_, "Action"), Require(response_, "Number"), Require(response_, "Fault"),
            Require(response_, "Result"), Require(response_, "Reason"), Require(response_, "Tick")},
-      rights_(rights) {}
+      rights_(rights),
+      armed_(rights.armed) {}
+
+can::WantedId FaultPort::RequestId(const can::Databases& databases) {
+  const can::Message& request = *databases.RequireMessage("FAULT_Request").message;
+  return {request.id, request.extended};
+}
 
 FaultPort::Asked FaultPort::Asked::From(std::uint64_t packed) noexcept {
   return {static_cast<std::uint8_t>(packed >> 16U), static_cast<std::uint8_t>(packed >> 8U),
@@ -128,7 +134,7 @@ std::optional<Request> FaultPort::Start(const Asked& asked, const fault::Spec& s
   request.kind = Request::Kind::kInject;
   request.injection = set_[spec.id].value_or(PresetOf(spec));
   request.injection.target = target;
-  if (!rights_.armed) {
+  if (!armed_.load(std::memory_order_relaxed)) {
     Reply(asked, FaultResult::kRejected, FaultReason::kNotArmed);
   } else if (fault::Unsupported(spec, rights_.surroundings) != nullptr) {
     Reply(asked, FaultResult::kUnsupported, FaultReason::kNotInThisRun);

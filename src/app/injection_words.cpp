@@ -60,11 +60,7 @@ std::string Shown(const Word& word) {
 }
 
 std::string Suggestion(const std::string& name, const std::vector<std::string>& names) {
-  const std::string nearest = NearestName(name.substr(0, kMostShown), names);
-  if (!nearest.empty()) return "; did you mean " + nearest + "?";
-  std::string all;
-  for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
-  return "; there are " + all;
+  return "; " + DidYouMean(name.substr(0, kMostShown), names, "there are " + Listed(names));
 }
 
 double RequireNumber(const std::string& name, const Word& word, double minimum, double maximum,
@@ -262,9 +258,9 @@ const Spec& RequireFault(const std::string& name) {
     if (name == spec.name) return spec;
     names.emplace_back(spec.name);
   }
-  const std::string nearest = NearestName(name.substr(0, kMostShown), names);
-  throw UsageError("there is no fault " + name.substr(0, kMostShown) +
-                   (nearest.empty() ? "; `servohil fault list` has all" : "; did you mean " + nearest + "?"));
+  const std::string shown = name.substr(0, kMostShown);
+  throw UsageError("there is no fault " + shown + "; " +
+                   DidYouMean(shown, names, "`servohil fault list` has all"));
 }
 
 std::uint8_t UnderstandTarget(const Spec& spec, const Words& words, const FaultContext& context) {

@@ -2,25 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <sstream>
 
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
+#include "toml_text.hpp"
 
 namespace servohil::app {
 namespace {
 
 constexpr std::int64_t kLongestCycleMs = 10'000;
 constexpr int kLargestDataId = 65'535;
-
-std::string Shown(const toml::node& node) {
-  std::ostringstream out;
-  node.visit([&](const auto& value) { out << value; });
-  std::string text = out.str();
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
-}
 
 /// The keys of one table, each taken once; what is left over is unknown.
 class Table {
@@ -70,11 +61,8 @@ class Table {
     for (const auto& [key, node] : table_) {
       const std::string text(key.str());
       if (std::find(known_.begin(), known_.end(), text) != known_.end()) continue;
-      const std::string nearest = NearestName(text, known_);
-      std::string all;
-      for (const std::string& one : known_) all += (all.empty() ? "" : ", ") + one;
-      throw UsageError(place_(node) + ": unknown key " + name_ + "." + text +
-                       (nearest.empty() ? "; there are " + all : "; did you mean " + nearest + "?"));
+      throw UsageError(place_(node) + ": unknown key " + name_ + "." + text + "; " +
+                       DidYouMean(text, known_, "there are " + Listed(known_)));
     }
   }
   [[noreturn]] void Fail(const std::string& key, const toml::node& node, const std::string& right) const {

@@ -5,13 +5,13 @@
 #include <limits>
 
 #include "servohil/app/publication.hpp"
+#include "servohil/app/ticks.hpp"
 
 namespace servohil::app {
 namespace {
 
 using T = Telemetry;
 
-constexpr double kTicksPerMs = 10.0;
 constexpr bool kMachines = false;  // doing: not repeatable
 
 double Ms(std::int64_t ns) noexcept {

@@ -110,6 +110,19 @@ const char* NameOf(rt::LateCause cause) {
   }
 }
 
+std::string ReadyLine(const can::Network& network, const Telemetry& start, const EmulatorOptions& options) {
+  std::string text = "ready: ";
+  for (const auto& bus : network.Buses()) text += (bus == network.Buses().front() ? "" : ", ") + bus->Name();
+  text += Formatted("; %s x3 %.4f in, P1 %.4f psi", start.status.commanded ? "goes on at" : "at rest at",
+                    start.sample.state.x3_in, start.sample.p1_psi);
+  if (!start.status.commanded) text += ", until the first command";
+  if (options.clock == Clock::kReal)
+    return text + Formatted("; wake-up every %.1f ms\n", options.task.loop.wake_ticks / 10.0);
+  return text + Formatted("; lockstep: %.1f ms per ", options.lockstep.ticks / 10.0) +
+         (options.lockstep.sync_id < 0 ? "command" : Formatted("frame 0x%X", options.lockstep.sync_id)) +
+         "\n";
+}
+
 std::string StatusLine(const Telemetry& t, double ticks_per_s, const Emulator& emulator,
                        const can::BusStatistics& bus) {
   const rt::LatencyHistogram& latency = emulator.Timing().wake_latency;

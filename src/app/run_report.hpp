@@ -9,6 +9,9 @@
 
 namespace servohil::app {
 
+/// Once, where it waits for the governor. @param start  where it begins
+std::string ReadyLine(const can::Network& network, const Telemetry& start, const EmulatorOptions& options);
+
 /// The status line, once a second on a terminal.
 std::string StatusLine(const Telemetry& telemetry, double ticks_per_s, const Emulator& emulator,
                        const can::BusStatistics& bus);

@@ -368,12 +368,12 @@ Answer SimulationTask::Serve(const Request& request) noexcept {
       TakeFrame(request.injection.trigger.frame_id, request.injection.trigger.extended);
       break;
   }
-  PutFaults();
-  // The governor's and the supervision's record themselves.
+  const bool on_faults = request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
+                         request.kind == Request::Kind::kClearAll;
+  if (on_faults) PutFaults();
+  // The governor's, the supervision's and frames record themselves.
   const bool is_influence =
-      request.kind == Request::Kind::kInject || request.kind == Request::Kind::kClear ||
-      request.kind == Request::Kind::kClearAll ||
-      (request.kind == Request::Kind::kCommand && answer.result == Answer::Result::kApplied);
+      on_faults || (request.kind == Request::Kind::kCommand && answer.result == Answer::Result::kApplied);
   if (is_influence) Influenced(request);
   return answer;
 }

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "servohil/app/ticks.hpp"
 #include "servohil/model/step.hpp"
 
 namespace servohil::app {
 namespace {
 
-constexpr std::uint64_t kTicksPerMs = 10;
 constexpr double kDrainedPsi = 1e-3;  // a fifth of what SERVO_Pressures.P1_Applied resolves
 
 /// Of x' = −x/τ in one tick, implicit Euler; τ = 0: at once.

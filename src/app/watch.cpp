@@ -26,14 +26,13 @@ constexpr int kLookEveryMs = 100;
 
 Watch::Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
              std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-             Reloader& reloader, BusWatch& buses, const Contract& contract)
+             Reloader& reloader, BusWatch& buses)
     : emulator_(emulator),
       network_(network),
       options_(options),
       statistics_(std::move(statistics)),
       snapshots_(snapshots),
       control_(control),
-      contract_(contract),
       reloader_(reloader),
       buses_(buses),
       now_(emulator.Final()),
@@ -145,7 +144,7 @@ void Watch::LogSaturation() {
 void Watch::LogFaults() {
   fault::Event event;
   while (emulator_.TryPopFaultEvent(event)) {
-    const std::string text = EventText(event, &contract_);
+    const std::string text = EventText(event, &emulator_.Frames());
     spdlog::log(event.pulse == 0 ? spdlog::level::info : spdlog::level::debug, text);
   }
   if (snapshots_refused_ == emulator_.SnapshotsRefused()) return;

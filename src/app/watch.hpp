@@ -22,7 +22,7 @@ class Watch {
   /// @param reloader  called at SIGHUP. All must outlive it.
   Watch(Emulator& emulator, const can::Network& network, const EmulatorOptions& options,
         std::filesystem::path statistics, const SnapshotWriter& snapshots, control::Server* control,
-        Reloader& reloader, BusWatch& buses, const Contract& contract);
+        Reloader& reloader, BusWatch& buses);
 
   /// Until a stop signal or the end of the run.
   void Run(const StopSignals& signals);
@@ -48,7 +48,6 @@ class Watch {
   std::filesystem::path statistics_;
   const SnapshotWriter& snapshots_;
   control::Server* control_;
-  const Contract& contract_;
   Reloader& reloader_;
   ServiceManager manager_;
   BusWatch& buses_;

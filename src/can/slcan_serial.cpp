@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "realtime_clock.hpp"
+#include "servohil/can/interface_state.hpp"
 #include "servohil/error.hpp"
 #include "slcan_codec.hpp"
 

@@ -10,12 +10,10 @@
 #include "counters.hpp"
 #include "file_descriptor.hpp"
 #include "servohil/can/bus.hpp"
+#include "servohil/can/interface_state.hpp"
 #include "slcan_line.hpp"
 
 namespace servohil::can {
-
-/// The device is a pseudo-terminal: another program plays the adapter.
-bool IsTerminalOfAProgram(const std::string& device) noexcept;
 
 /// Survives the adapter being pulled out and plugged in: its device is opened again when it comes back.
 class SlcanSerial final : public Bus {

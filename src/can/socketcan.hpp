@@ -25,9 +25,6 @@ FileDescriptor OpenRawSocket();
 /// where
 ///         it is missing, of another kind or down
 void CheckInterface(const std::string& interface, const BusOptions& options);
-/// vcan or vxcan. What slcand makes is physical, though the kernel calls it virtual.
-bool IsVirtualInterface(const std::string& interface);
-
 /// Sets the receive filter and binds to the interface, which must exist: index 0 would bind to all of them.
 /// The kernel forgets both when it removes an interface. @return success
 bool Attach(int socket, const std::string& interface, const std::vector<can_filter>& filters) noexcept;

@@ -83,10 +83,14 @@ class Check : public ::testing::Test {
     return CheckKernel(files_, resolution_ns);
   }
   Findings Cpu(int loop_cpu = 3) const { return CheckCpu(files_, loop_cpu); }
-  Finding Can(const std::string& url = "socketcan:can0") const {
+  Finding Can(const std::string& url = "socketcan:can0", bool allow_physical = true) const {
+    return Cans(url, allow_physical).at(0);
+  }
+  Findings Cans(const std::string& url, bool allow_physical) const {
     CanSettings can;
     can.buses = {url};
-    return CheckBuses(files_, can, [this](const std::string&) { return controller_; }).at(0);
+    can.allow_physical = allow_physical;
+    return CheckBuses(files_, can, [this](const std::string&) { return controller_; });
   }
 
   static constexpr const char* kLimits =
@@ -96,7 +100,7 @@ class Check : public ::testing::Test {
   const std::string kCpus = "sys/devices/system/cpu/";
   const fs::path root_ = fs::path(::testing::TempDir()) / ("check_" + std::to_string(getpid()));
   const SystemFiles files_{root_};
-  Controller controller_{500'000, "up, 500000 bit/s, error-active"};
+  Controller controller_{500'000, true, "up, 500000 bit/s, error-active"};
 };
 
 TEST_F(Check, FindsNothingWrongWithABenchAsItShouldBe) {
@@ -257,20 +261,38 @@ TEST_F(Check, CanInterfaceThatIsDownOrNoCan) {
 }
 
 TEST_F(Check, CanController) {
-  controller_ = {250'000, "up, 250000 bit/s, error-active"};
+  controller_ = {250'000, true, "up, 250000 bit/s, error-active"};
   EXPECT_EQ(Can().grade, Grade::kBad);
   EXPECT_EQ(Can().fix, "sudo ip link set can0 down && sudo ip link set can0 up type can bitrate 500000");
-  controller_ = {500'000, "up, 500000 bit/s, bus-off"};
+  controller_ = {500'000, true, "up, 500000 bit/s, bus-off"};
   EXPECT_EQ(Can().grade, Grade::kBad);
   EXPECT_TRUE(Has(Can().fix, "sudo ip link set can0 type can restart"));
-  controller_ = {500'000, "up, 500000 bit/s, error-passive"};
+  controller_ = {500'000, true, "up, 500000 bit/s, error-passive"};
   EXPECT_EQ(Can().grade, Grade::kWarn);
-  controller_ = {500'000, "up, 500000 bit/s, error-active"};
+  controller_ = {500'000, true, "up, 500000 bit/s, error-active"};
   for (const char* frames : {"1", "1000"}) {
     Write("sys/devices/pci0000:00/0000:00:14.0/usb1/net/can0/tx_queue_len", frames);
     EXPECT_EQ(Can().grade, Grade::kWarn) << frames;
     EXPECT_EQ(Can().fix, "sudo ip link set can0 txqueuelen 10");
   }
+}
+
+TEST_F(Check, PhysicalBusThatARunMayNotUse) {
+  controller_.physical = true;
+  const Findings refused = Cans("socketcan:can0", false);
+  ASSERT_EQ(refused.size(), 2U) << "its state, and that it may not be used";
+  EXPECT_EQ(refused[1].grade, Grade::kBad);
+  EXPECT_EQ(refused[1].value, "can0 is a physical bus and can.allow_physical = false: a run refuses it");
+  EXPECT_TRUE(Has(refused[1].fix, "--set can.allow_physical=true"));
+  EXPECT_EQ(Cans("socketcan:can0", true).size(), 1U);
+  EXPECT_EQ(Can("auto", false).grade, Grade::kWarn);
+  EXPECT_TRUE(Has(Can("auto", false).value, "a run would use slcan:pty"));
+  AddInterface("vcan0", "devices/virtual/net/vcan0", 280, true);
+  controller_.physical = false;
+  EXPECT_EQ(Cans("socketcan:vcan0", false).size(), 1U);
+  Write("dev/ttyACM0", "");
+  EXPECT_EQ(Cans("slcan:/dev/ttyACM0", false).size(), 2U);
+  EXPECT_EQ(Cans("slcan:/dev/ttyACM0", true).size(), 1U);
 }
 
 TEST_F(Check, OtherBuses) {

@@ -46,10 +46,13 @@ TEST(FaultMessages, NameResultsAndReasonsAsTheyAreSent) {
 }
 
 TEST(FaultPort, TellsWhatItsMessagesLack) {
-  can::Message request = MessageNamed("FAULT_Request");
-  std::erase_if(request.signals, [](const can::Signal& signal) { return signal.name == "Value"; });
+  can::Databases databases{{can::ReadDbc(SERVOHIL_CONFIG_DIR "/servohil.dbc")}};
+  for (can::Message& message : databases.files.front().messages) {
+    if (message.name != "FAULT_Request") continue;
+    std::erase_if(message.signals, [](const can::Signal& signal) { return signal.name == "Value"; });
+  }
   try {
-    const FaultPort port(request, MessageNamed("FAULT_Response"), {});
+    const FaultPort port(databases, {});
     FAIL();
   } catch (const std::exception& error) {
     EXPECT_STREQ(

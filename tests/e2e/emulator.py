@@ -28,6 +28,7 @@ OK, NOT_VALID, USAGE, ENVIRONMENT = 0, 1, 2, 3  # exit statuses of the program
 WAITING, RUNNING, STOPPED, FROZEN = 0, 1, 3, 4  # signal Mode
 DEGRADED, TRIPPED = 5, 6
 TICKS_PER_MS = 10
+MOST_AGE_TICKS = 200  # of a frame that waits: 20 ms
 PATIENCE_S = 20.0  # for anything that should come within milliseconds: the machine may be busy
 IN_GUEST = bool(os.environ.get("SERVOHIL_GUEST"))  # virtual time: no tick is ever late
 
@@ -53,13 +54,13 @@ class Emulator:
     """A running `servohil run`. As a context: killed at the end if it still runs. Commands count for ever, however old
     they are, unless the arguments say otherwise."""
 
-    def __init__(self, buses, *arguments, program=PROGRAM, **more):
+    def __init__(self, buses, *arguments, program=PROGRAM, lives_s=120.0, **more):
         self._errors = tempfile.TemporaryFile("w+")
         self._process = subprocess.Popen(
             [program, "run", *(word for bus in buses for word in ("--can", bus)), *UNSUPERVISED, *map(str, arguments)],
             stdout=subprocess.PIPE, stderr=self._errors, text=True, cwd=REPOSITORY, **more)
         self.process_id = self._process.pid
-        self._watchdog = threading.Timer(120.0, self._process.kill)  # no test may hang
+        self._watchdog = threading.Timer(lives_s, self._process.kill)  # no test may hang
         self._watchdog.start()
         self.ready = self._process.stdout.readline()
         if not self.ready.startswith("ready: "):
@@ -143,6 +144,14 @@ class Result:
         assert ("timing: " in self.verdict) == (self.late_ticks > 0), text
         assert valid == (self.late_ticks == 0 and not self.modelled_bus_failed), text
         assert self.late_ticks == 0 or may_be_late, text
+
+
+def wait_for(condition, patience_s=30.0):
+    """Looks each 10 ms; fails after a while."""
+    end = time.monotonic() + patience_s
+    while not condition():
+        assert time.monotonic() < end, "it did not come"
+        time.sleep(0.01)
 
 
 def let_time_pass(seconds):

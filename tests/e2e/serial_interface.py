@@ -92,5 +92,10 @@ class SerialInterface:
         os.close(self._master)
 
 
+def ticks_on_line(adapter):
+    """Of the SERVO_Position frames that the kernel has given to the adapter."""
+    return [int.from_bytes(bytes.fromhex(line[5:])[4:], "little") for line in adapter.lines if line.startswith("t200")]
+
+
 def ip(*arguments):
     subprocess.run(["ip", *map(str, arguments)], check=True)

@@ -7,12 +7,14 @@ import re
 import subprocess
 import time
 
+import bus_soak
 import can
 import pytest
 
 from control_socket import Control
-from emulator import ENVIRONMENT, PATIENCE_S, PROGRAM, REPOSITORY, RUNNING, USAGE, Emulator, run, settings
-from serial_interface import SerialInterface, ip
+from emulator import (ENVIRONMENT, MOST_AGE_TICKS, PATIENCE_S, PROGRAM, REPOSITORY, RUNNING, USAGE, Emulator, run,
+                      settings, wait_for)
+from serial_interface import SerialInterface, ip, ticks_on_line
 
 pytestmark = pytest.mark.only("socketcan")
 
@@ -22,7 +24,6 @@ ACTIVE, WARNING, PASSIVE, BUS_OFF, DOWN, GONE = range(6)  # signal BusState
 ACK, CONTROLLER, PROTOCOL, BUS_ERROR = 0x20, 0x04, 0x08, 0x80
 RX_OVERFLOW, TX_WARNING, TX_PASSIVE, BACK_TO_ACTIVE = 0x01, 0x08, 0x20, 0x40
 STUFF, IN_DATA = 0x04, 0x0A
-MOST_AGE_TICKS = 200  # of a frame that waits: 20 ms
 
 
 def error_frame(classes, data=bytes(8)):
@@ -54,14 +55,6 @@ def adapter(transport):
 def bus_of(control):
     [bus] = control.ask("status")["buses"]
     return bus
-
-
-def wait_for(condition, patience_s=30.0):
-    """Looks each 10 ms; fails after a while."""
-    end = time.monotonic() + patience_s
-    while not condition():
-        assert time.monotonic() < end, "it did not come"
-        time.sleep(0.01)
 
 
 def wait_for_state(control, state):
@@ -218,11 +211,6 @@ def test_adapter_pulled_out_and_plugged_in(run_on, adapter):
     assert emulator.stop().count["commands"] == 1
 
 
-def ticks_on_line(adapter):
-    """Of the SERVO_Position frames that the kernel has given to the adapter."""
-    return [int.from_bytes(bytes.fromhex(line[5:])[4:], "little") for line in adapter.lines if line.startswith("t200")]
-
-
 # --- Controllers -----------------------------------------------------------------------------------------------------
 
 def test_bus_off_is_restarted_with_growing_waits(run_on, adapter):
@@ -299,3 +287,10 @@ def test_faults_are_not_armed_on_a_physical_bus(run_on, adapter):
     emulator, control = run_on(f"socketcan:{adapter.name}", *configured(adapter))
     answer = control.ask("inject", fault="air_entrainment")
     assert answer["result"] == "REJECTED" and "may be physical" in answer["reason"]
+
+
+# --- One after the other ----------------------------------------------------------------------------------------------
+
+def test_a_round_of_all_disturbances(transport):
+    """Hours of it: tests/e2e/bus_soak.py."""
+    bus_soak.soak(seconds=0, seed=3)

@@ -1,10 +1,11 @@
 """Faults over CAN: FAULT_Request and FAULT_Response, encoded and decoded by python-can and canmatrix."""
 
+import signal
 import struct
 
 import can
 import pytest
-from emulator import OK, Client, run, settings
+from emulator import CONFIGURATION, OK, Client, run, settings
 from scripted_governor import LOCKSTEP, REST_P1_PSI, TICKS
 
 ALLOWED = settings(fault__allow_can="true")
@@ -122,6 +123,38 @@ def test_not_armed_is_rejected_but_clearing_works(faults):
     step(bus.client)
     assert bus.ask(START, "load_step")[:2] == ("REJECTED", "NOT_ARMED")
     assert bus.ask(CLEAR_ALL)[0] == "APPLIED"
+    emulator.stop()
+
+
+def test_leave_can_be_given_while_it_runs(start, connect, tmp_path):
+    """SIGHUP reads fault.armed again: FAULT_Request obeys from then on."""
+    for file in CONFIGURATION.parent.glob("*.*"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    configuration = tmp_path / CONFIGURATION.name
+    configuration.write_text(configuration.read_text().replace('armed = "auto"', 'armed = "no"'))
+    emulator = start(*LOCKSTEP, *ALLOWED, "--config", configuration, "--control", "none")
+    bus = Faults(connect(emulator))
+    step(bus.client)
+    assert bus.ask(START, "load_step")[:2] == ("REJECTED", "NOT_ARMED")
+    configuration.write_text(configuration.read_text().replace('armed = "no"', 'armed = "yes"'))
+    emulator.signal(signal.SIGHUP)
+    while "reload: fault.armed" not in emulator.log():
+        assert bus.ask(CLEAR_ALL)[0] == "APPLIED"
+    assert bus.ask(START, "load_step")[:2] == ("APPLIED", "NONE")
+    emulator.stop()
+
+
+def test_on_a_modelled_bus_each_request_has_one_response(faults):
+    """A START that were taken twice would inject the fault anew and answer twice."""
+    emulator, bus = faults(*LOCKSTEP, *ALLOWED, *settings(can__emulate_bitrate="500000"))
+    step(bus.client)
+    assert bus.ask(START, "load_step")[:2] == ("APPLIED", "NONE")
+    bus.client.send_p1(REST_P1_PSI)  # what waited for the bus has passed it with this
+    frames = bus.client.until(lambda frame: frame.name == "SERVO_Status")
+    bus.client.send_p1(REST_P1_PSI)
+    frames += bus.client.until(lambda frame: frame.name == "SERVO_Status")
+    assert [frame.name for frame in frames].count("FAULT_Response") == 0
+    assert bus.ask(CLEAR_ALL)[:2] == ("APPLIED", "NONE")
     emulator.stop()
 
 

@@ -106,6 +106,8 @@ class Contract {
   bool IsCommand(const can::Frame& frame) const noexcept {
     return !frame.error && incoming_.front().pattern.Matches(frame.id, frame.extended);
   }
+  /// The DBC files.
+  const can::Databases& Databases() const noexcept { return databases_; }
   /// Identifiers to receive.
   std::vector<can::WantedId> Wanted() const;
   /// What `frame` says. `rejection` tells why it says nothing, or why the P1 in it does not count.

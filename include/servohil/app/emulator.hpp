@@ -14,6 +14,7 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <vector>
 
 #include "servohil/app/contract.hpp"
 #include "servohil/app/fault_port.hpp"
@@ -114,7 +115,10 @@ class Emulator {
   void RunReceiver();
   void RunSender();
   void RunLockstep();
-  void RunModelledLockstep();
+  std::optional<can::Frame> NextInLockstep() noexcept;
+  /// What a frame brings about in lockstep. @return false at the end of the run
+  bool Follow(const can::Frame& frame) noexcept;
+  bool FollowOnModelledBus(const can::Frame& frame) noexcept;
   /// Receiver: what a FAULT_Request frame asks.
   void TakeFaultRequest(const can::Frame& frame) noexcept;
   /// Sender: FAULT_Response frames.
@@ -134,6 +138,7 @@ class Emulator {
   std::unique_ptr<Sender> sender_;
   std::optional<LockstepBus> lockstep_bus_;
   rt::PeriodicLoop loop_;
+  std::vector<std::size_t> as_listed_;  ///< the order of messages without a modelled bus
   std::int64_t first_deadline_ns_ = 0;
   long loop_page_faults_ = 0;
   int finished_fd_ = -1;

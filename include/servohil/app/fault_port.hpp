@@ -5,10 +5,12 @@
 ///                          └ what is wrong with it ▶ ring ───────────┴▶ [can_tx] response
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <optional>
 
 #include "servohil/app/request.hpp"
+#include "servohil/can/bus.hpp"
 #include "servohil/can/dbc.hpp"
 #include "servohil/can/frame.hpp"
 #include "servohil/fault/catalogue.hpp"
@@ -40,16 +42,20 @@ class FaultPort {
  public:
   struct Rights {
     fault::Surroundings surroundings;
-    bool armed = false;
+    bool armed = false;          ///< at the start
     std::size_t messages = 0;    ///< that are published: targets of faults of the bus
     std::size_t quantities = 0;  ///< targets of faults of sensors
   };
 
+  /// With FAULT_Request and FAULT_Response of `databases`.
   /// @throws UsageError where one of the messages or a signal of it is missing
-  FaultPort(const can::Message& request, const can::Message& response, const Rights& rights);
+  FaultPort(const can::Databases& databases, const Rights& rights);
 
-  std::uint32_t RequestId() const noexcept { return request_.id; }
-  bool RequestIsExtended() const noexcept { return request_.extended; }
+  /// What must be received for it. @throws UsageError where there is no FAULT_Request
+  static can::WantedId RequestId(const can::Databases& databases);
+
+  /// Any thread: whether faults may be started from now on.
+  void Arm(bool armed) noexcept { armed_.store(armed, std::memory_order_relaxed); }
 
   /// Receiver thread: what the frame asks of the simulation; nothing: it is none of ours, or it is answered
   /// already. Real-time safe.
@@ -102,6 +108,7 @@ class FaultPort {
   const Signals in_;
   const ResponseSignals out_;
   const Rights rights_;
+  std::atomic<bool> armed_;
   std::array<std::optional<fault::Injection>, 256> set_{};  ///< by number: what was set since the last start
   rt::Ring<can::Frame, 64> responses_;
 };

@@ -9,6 +9,7 @@
 namespace servohil::app {
 
 inline constexpr std::int64_t kTickNs = 100'000;  ///< model::kTickS in nanoseconds
+inline constexpr int kTicksPerMs = 10;
 
 /// The nearest number of ticks. @pre seconds >= 0
 inline std::uint64_t TicksOf(double seconds) {

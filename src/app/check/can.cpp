@@ -100,9 +100,24 @@ Finding CheckSerial(const SystemFiles& files, const std::string& device) {
   return {"CAN", Grade::kOk, device + ": readable and writable", ""};
 }
 
+Finding NotAllowed(const std::string& name, const std::string& what_a_run_does) {
+  return {"CAN", Grade::kBad,
+          name + " is a physical bus and can.allow_physical = false: a run " + what_a_run_does,
+          "--set can.allow_physical=true  # if servohil may command what is on it"};
+}
+
 Finding CheckAutomatic(const SystemFiles& files, const CanSettings& can, const AskController& ask) {
+  std::string refused;
   for (const std::string& name : can.interfaces) {
-    if (Look(files, name).is_can) return CheckInterface(files, name, can, ask);
+    if (!Look(files, name).is_can) continue;
+    if (can.allow_physical || !ask(name).physical) return CheckInterface(files, name, can, ask);
+    if (refused.empty()) refused = name;
+  }
+  if (!refused.empty()) {
+    Finding finding = NotAllowed(refused, "would use slcan:pty");
+    finding.grade = Grade::kWarn;
+    finding.value = "auto: " + finding.value;
+    return finding;
   }
   const Finding first = Missing(can.interfaces.empty() ? "can0" : can.interfaces.front(), can);
   return {"CAN", Grade::kWarn, "auto: " + first.value + "; a run would use slcan:pty", first.fix};
@@ -111,7 +126,8 @@ Finding CheckAutomatic(const SystemFiles& files, const CanSettings& can, const A
 }  // namespace
 
 Controller AskKernel(const std::string& interface) {
-  return {can::InterfaceBitRate(interface), can::DescribeInterface(interface)};
+  return {can::InterfaceBitRate(interface), !can::IsVirtualInterface(interface),
+          can::DescribeInterface(interface)};
 }
 
 Findings CheckBuses(const SystemFiles& files, const CanSettings& can, const AskController& ask) {
@@ -122,9 +138,15 @@ Findings CheckBuses(const SystemFiles& files, const CanSettings& can, const AskC
     if (url == "auto") {
       findings.push_back(CheckAutomatic(files, can, ask));
     } else if (url.rfind(kKernel, 0) == 0) {
-      findings.push_back(CheckInterface(files, url.substr(kKernel.size()), can, ask));
+      const std::string name = url.substr(kKernel.size());
+      findings.push_back(CheckInterface(files, name, can, ask));
+      if (!can.allow_physical && Look(files, name).is_can && ask(name).physical)
+        findings.push_back(NotAllowed(name, "refuses it"));
     } else if (url.rfind(kSerial, 0) == 0) {
-      findings.push_back(CheckSerial(files, url.substr(kSerial.size() - 1)));
+      const std::string device = url.substr(kSerial.size() - 1);
+      findings.push_back(CheckSerial(files, device));
+      if (!can.allow_physical && files.Exists(device.substr(1)) && !can::IsTerminalOfAProgram(device))
+        findings.push_back(NotAllowed(device, "refuses it"));
     } else if (url == "slcan:pty" || url.rfind("slcan:pty:", 0) == 0) {
       findings.push_back({"CAN", Grade::kOk, url + ": needs no interface", ""});
     } else {

@@ -15,14 +15,15 @@ namespace servohil::app::check {
 /// What only the controller knows.
 struct Controller {
   std::optional<std::uint32_t> bit_rate_bit_s;
-  std::string state;  ///< as can::DescribeInterface() says it: "up, 500000 bit/s, error-active"
+  bool physical = false;  ///< all but vcan and vxcan: a run needs can.allow_physical
+  std::string state;      ///< as can::DescribeInterface() says it: "up, 500000 bit/s, error-active"
 };
 using AskController = std::function<Controller(const std::string& interface)>;
 
 /// Asks the kernel of this machine.
 Controller AskKernel(const std::string& interface);
 
-/// One finding for each bus in can.buses.
+/// For each bus in can.buses what state it is in, and whether a run may use it.
 Findings CheckBuses(const SystemFiles& files, const CanSettings& can, const AskController& ask);
 
 }  // namespace servohil::app::check

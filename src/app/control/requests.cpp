@@ -1,5 +1,4 @@
 #include "requests.hpp"
-#include "servohil/app/ticks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "../formatted.hpp"
 #include "servohil/app/quantity.hpp"
+#include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
 #include "servohil/model/step.hpp"
 #include "servohil/nearest_name.hpp"
@@ -27,11 +27,6 @@ struct Refusal {
 
 [[noreturn]] void Reject(const std::string& reason) {
   throw Refusal{Rejected(reason)};
-}
-
-std::string Nearest(const std::string& name, const std::vector<std::string>& names) {
-  const std::string nearest = NearestName(name, names);
-  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
 double RequireNumber(const std::string& name, const Json& value, double minimum, double maximum,
@@ -106,14 +101,12 @@ std::size_t RequireQuantity(const Json& name) {
   }
   if (!name.is_string()) Reject("\"quantities\" must be a list of names: [\"x3_in\", ...]");
   const std::string asked = name;
-  const std::string nearest = Nearest(asked, names);
-  Reject("there is no quantity " + asked.substr(0, 40) +
-         (nearest.empty() ? "; PROTOCOL.md lists them, such as x3_in" : nearest));
+  Reject("there is no quantity " + asked.substr(0, 40) + "; " +
+         DidYouMean(asked, names, "PROTOCOL.md lists them, such as x3_in"));
 }
 
 Subscription UnderstandSubscribe(const Json& request) {
   constexpr double kMostMs = 60'000.0;
-  constexpr double kTicksPerMs = 10.0;
   if (!request.contains("every_ms")) Reject("\"every_ms\" is missing");
   const double ms = RequireNumber("every_ms", request["every_ms"], 1.0, kMostMs, "ms");
   Subscription subscription;
@@ -153,11 +146,9 @@ Understood UnderstandOrThrow(const Json& request, const Permissions& permissions
   if (*what == "catalogue") return Question::kCatalogue;
   const std::vector<std::string> names = {"inject",  "clear",    "faults",    "catalogue",   "status",
                                           "command", "snapshot", "subscribe", "unsubscribe", "statistics"};
-  std::string all;
-  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
   const std::string asked = *what;
-  const std::string nearest = Nearest(asked, names);
-  Reject("there is no request " + asked.substr(0, 40) + (nearest.empty() ? "; there are " + all : nearest));
+  Reject("there is no request " + asked.substr(0, 40) + "; " +
+         DidYouMean(asked, names, "there are " + Listed(names)));
 }
 
 /// JSON as one line of valid UTF-8, whatever texts it has.

@@ -1,28 +1,13 @@
 #include "entry.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <sstream>
 
 #include "../formatted.hpp"
+#include "../toml_text.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
 
 namespace servohil::app::scenario {
-
-std::string Shown(const toml::node& node) {
-  if (const auto number = node.value_exact<double>()) {  // toml++ writes 0.1 as 0.10000000000000001
-    std::array<char, 32> digits{};
-    return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), *number).ptr};
-  }
-  std::ostringstream out;
-  node.visit([&](const auto& value) { out << value; });
-  std::string text = out.str();
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
-}
 
 namespace {
 
@@ -115,11 +100,8 @@ void Entry::RefuseOthers() const {
   for (const auto& [name, node] : table_) {
     const std::string key(name.str());
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
-    const std::string nearest = NearestName(key, known_);
-    std::string all;
-    for (const std::string& one : known_) all += (all.empty() ? "" : ", ") + one;
-    throw UsageError(PlaceOf(key) + ": " + what_ + " has no key " + key +
-                     (nearest.empty() ? "; it has " + all : "; did you mean " + nearest + "?"));
+    throw UsageError(PlaceOf(key) + ": " + what_ + " has no key " + key + "; " +
+                     DidYouMean(key, known_, "it has " + Listed(known_)));
   }
 }
 

@@ -47,7 +47,4 @@ class Entry {
   std::vector<std::string> known_;
 };
 
-/// A value as one line.
-std::string Shown(const toml::node& node);
-
 }  // namespace servohil::app::scenario

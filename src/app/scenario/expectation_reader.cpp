@@ -17,15 +17,12 @@ constexpr double kMost = 1e12;
 constexpr int kMostModes = 16;  // as many as signal Mode has room for
 
 /// The nearest name, or one that begins so, or all of them.
-std::string DidYouMean(const std::string& wrong, const std::vector<std::string>& names) {
-  std::string nearest = NearestName(wrong, names);
-  for (const std::string& name : names) {
-    if (nearest.empty() && name.rfind(wrong, 0) == 0) nearest = name;
-  }
-  if (!nearest.empty()) return "did you mean \"" + nearest + "\"?";
-  std::string all;
-  for (const std::string& name : names) all += (all.empty() ? "must be one of " : ", ") + name;
-  return all;
+std::string Suggestion(const std::string& wrong, const std::vector<std::string>& names) {
+  const auto begins_so = [&](const std::string& name) { return name.rfind(wrong, 0) == 0; };
+  const auto longer = std::find_if(names.begin(), names.end(), begins_so);
+  return DidYouMean(
+      wrong, names,
+      longer != names.end() ? "did you mean " + *longer + "?" : "must be one of " + Listed(names));
 }
 
 const SampleColumn* RequireQuantity(Entry& entry) {
@@ -36,7 +33,7 @@ const SampleColumn* RequireQuantity(Entry& entry) {
     if (name == column.name) return &column;
     names.emplace_back(column.name);
   }
-  entry.Fail("quantity", DidYouMean(name, names));
+  entry.Fail("quantity", Suggestion(name, names));
 }
 
 Mode RequireMode(Entry& entry, const std::string& key) {
@@ -48,7 +45,7 @@ Mode RequireMode(Entry& entry, const std::string& key) {
     if (std::find(names.begin(), names.end(), app::NameOf(mode)) == names.end())
       names.emplace_back(app::NameOf(mode));
   }
-  entry.Fail(key, DidYouMean(name, names));
+  entry.Fail(key, Suggestion(name, names));
 }
 
 /// from_s and to_s: the whole scenario where they are not given.
@@ -108,7 +105,7 @@ void ReadModeBecomes(Entry& entry, std::uint64_t duration_ticks, const FaultStar
     for (const auto& [name, tick] : faults) names.push_back(name);
     if (fault == faults.end())
       entry.Fail("after", names.empty() ? "must be a fault of this file without a trigger; there is none"
-                                        : DidYouMean(e.after, names));
+                                        : Suggestion(e.after, names));
     e.from_tick = fault->second;
   }
   const double most_ms = 1e3 * (duration_s - SecondsOf(e.from_tick));

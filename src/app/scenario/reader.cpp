@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "../formatted.hpp"
+#include "../toml_text.hpp"
 #include "entry.hpp"
 #include "expectation_reader.hpp"
 #include "fault_reader.hpp"

@@ -1,0 +1,23 @@
+#include "toml_text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <sstream>
+
+namespace servohil::app {
+
+std::string Shown(const toml::node& node) {
+  if (const auto number = node.value_exact<double>()) {  // toml++ writes 0.1 as 0.10000000000000001
+    std::array<char, 32> digits{};
+    return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), *number).ptr};
+  }
+  std::ostringstream out;
+  node.visit([&](const auto& value) { out << value; });
+  std::string text = out.str();
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  return text;
+}
+
+}  // namespace servohil::app
