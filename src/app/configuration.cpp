@@ -25,13 +25,6 @@ std::string Number(double value) {
   return out.str();
 }
 
-/// One line, whatever a file has put into it.
-std::string OneLine(std::string text) {
-  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == '\x7f'; };
-  std::replace_if(text.begin(), text.end(), is_control, ' ');
-  return text;
-}
-
 /// For `--set`: numbers that TOML writes otherwise (.15, 1e-3 is fine), else a text without its quotes.
 toml::table FromBareText(const std::string& text) {
   double number = 0.0;
@@ -50,8 +43,8 @@ class Loader {
       Read(table, "", file.string(), file.parent_path());
     } catch (const toml::parse_error& error) {
       const auto line = error.source().begin.line;
-      throw UsageError(OneLine(file.string() + (line != 0 ? ":" + std::to_string(line) : "") + ": " +
-                               std::string(error.description())));
+      throw UsageError(file.string() + (line != 0 ? ":" + std::to_string(line) : "") + ": " +
+                       std::string(error.description()));
     }
   }
 
@@ -92,8 +85,8 @@ class Loader {
 
  private:
   void ThrowMistakes() const {
-    std::string all;
-    for (const auto& [line, mistake] : mistakes_) all += (all.empty() ? "" : "\n") + mistake;
+    std::vector<std::string> all;
+    for (const auto& [line, mistake] : mistakes_) all.push_back(mistake);
     if (!all.empty()) throw UsageError(all);
   }
 
@@ -154,7 +147,7 @@ class Loader {
     try {
       act();
     } catch (const UsageError& error) {
-      mistakes_.emplace(line, OneLine(error.what()));
+      mistakes_.emplace(line, error.what());
     }
   }
 

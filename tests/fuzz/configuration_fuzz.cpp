@@ -1,5 +1,5 @@
-// Any bytes as a configuration file: read, or refused with one line for each mistake; what is read is bound to the
-// messages and signals of the DBC files that we have.
+// Any bytes as a configuration file, and behind a zero byte as a --set: read, or refused with one line for
+// each mistake; what is read is bound to the messages and signals of the DBC files that we have.
 
 #include "contract_binding.hpp"
 #include "fuzz.hpp"
@@ -30,9 +30,11 @@ void Bind(const app::Configuration& configuration) {
 
 }  // namespace
 
-int FuzzOne(std::string_view text) {
-  if (text.find("/") != std::string_view::npos)
-    return -1;  // no other file of this machine, such as /dev/zero
-  RequireReadableErrors([&] { Bind(app::ParseConfiguration(text, kFile, {})); });
+int FuzzOne(std::string_view bytes) {
+  const std::size_t zero = bytes.find('\0');
+  const std::string_view text = bytes.substr(0, zero);
+  std::vector<std::string> settings;
+  if (zero != std::string_view::npos) settings.emplace_back(bytes.substr(zero + 1));
+  RequireReadableErrors([&] { Bind(app::ParseConfiguration(text, kFile, settings)); });
   return 0;
 }

@@ -1,4 +1,5 @@
-// Any FAULT_Request frames, one after the other: each asks the simulation for something sound, or is answered.
+// Any FAULT_Request frames, one after the other: each asks the simulation for something sound, or is
+// answered.
 
 #include <algorithm>
 #include <cmath>
@@ -16,12 +17,14 @@ namespace fault = servohil::fault;
 
 constexpr std::size_t kMessages = 6;
 
+const can::Databases& Messages() {
+  static const can::Databases databases = can::ReadDbcs({SERVOHIL_CONFIG_DIR "/servohil.dbc"});
+  return databases;
+}
+
 app::FaultPort MakePort() {
-  static const can::Database database = can::ReadDbc(SERVOHIL_CONFIG_DIR "/servohil.dbc");
   static const servohil::model::Parameters unfaulted;
-  return {*database.FindMessage("FAULT_Request"),
-          *database.FindMessage("FAULT_Response"),
-          {{&unfaulted}, true, kMessages, app::Quantities().size()}};
+  return {Messages(), {{&unfaulted}, true, kMessages, app::Quantities().size()}};
 }
 
 void RequireSound(const app::Request& request) {
@@ -50,7 +53,7 @@ int FuzzOne(std::string_view bytes) {
   app::FaultPort port = MakePort();
   can::Frame frame;
   can::Frame response;
-  frame.id = port.RequestId();
+  frame.id = app::FaultPort::RequestId(Messages()).id;
   constexpr std::size_t kSize = 8;
   for (; !bytes.empty(); bytes.remove_prefix(std::min(bytes.size(), kSize))) {
     frame.size = static_cast<std::uint8_t>(std::min(bytes.size(), kSize));

@@ -11,6 +11,16 @@ namespace {
 namespace control = servohil::app::control;
 using servohil::app::Request;
 
+/// Armed, on a bus with protected messages.
+const control::Permissions& Everything() {
+  static const auto configuration =
+      servohil::app::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {});
+  static const servohil::app::Contract contract(configuration);
+  static const control::Permissions permissions{
+      {{&configuration.model, true, true, true, true}, &contract, contract.Wanted()}, true, {}};
+  return permissions;
+}
+
 void RequireSound(const Request& request) {
   if (request.kind == Request::Kind::kCommand)
     Require(request.p1_psi >= 0.0 && request.p1_psi <= 300.0, "P1 is within its range");
@@ -27,9 +37,7 @@ void RequireOneLineOfJson(const std::string& line) {
 int FuzzOne(std::string_view line) {
   constexpr std::size_t kLongestLine = 4'096;
   if (line.size() > kLongestLine || line.find('\n') != std::string_view::npos) return -1;
-  static const servohil::model::Parameters unfaulted;
-  static const control::Permissions permissions{{{&unfaulted}, nullptr}, true, {}};
-  const control::RequestLine understood = control::Understand(line, permissions);
+  const control::RequestLine understood = control::Understand(line, Everything());
   if (const Request* request = std::get_if<Request>(&understood.asks)) RequireSound(*request);
   const nlohmann::json* answer = std::get_if<nlohmann::json>(&understood.asks);
   RequireOneLineOfJson(
