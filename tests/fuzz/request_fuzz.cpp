@@ -32,6 +32,19 @@ void RequireOneLineOfJson(const std::string& line) {
   Require(nlohmann::json::parse(line, nullptr, false).is_object(), "an answer is a JSON object");
 }
 
+/// What else is said of it: the list of faults, and samples.
+void Tell(const control::RequestLine& understood) {
+  if (const Request* request = std::get_if<Request>(&understood.asks);
+      request != nullptr && request->kind == Request::Kind::kInject) {
+    servohil::fault::Schedule faults;
+    faults.Inject(request->injection);
+    RequireOneLineOfJson(
+        control::AnswerLine(understood.id, control::FaultsToJson(faults, 1, Everything().faults)));
+  }
+  if (const auto* subscription = std::get_if<control::Subscription>(&understood.asks))
+    RequireOneLineOfJson(control::SampleLine(understood.id, *subscription, {}, 0));
+}
+
 }  // namespace
 
 int FuzzOne(std::string_view line) {
@@ -42,5 +55,6 @@ int FuzzOne(std::string_view line) {
   const nlohmann::json* answer = std::get_if<nlohmann::json>(&understood.asks);
   RequireOneLineOfJson(
       control::AnswerLine(understood.id, answer != nullptr ? *answer : control::Rejected("")));
+  Tell(understood);
   return 0;
 }
