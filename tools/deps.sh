@@ -1,6 +1,6 @@
 #!/bin/bash
-# deps.sh build|ci|demo|test|guest ...: installs the Debian packages that building, tests by servohil_ci, the demo, the
-# tests or the CAN guest need. Does nothing when they are there.
+# deps.sh build|ci|demo|test|guest|controllers ...: installs the Debian packages that building, tests by servohil_ci,
+# the demo, the tests, the CAN guest or the one with CAN controllers need. Does nothing when they are there.
 set -euo pipefail
 
 build=(g++ cmake ninja-build pkg-config libeigen3-dev libtomlplusplus-dev libcli11-dev libspdlog-dev libmnl-dev
@@ -8,11 +8,12 @@ build=(g++ cmake ninja-build pkg-config libeigen3-dev libtomlplusplus-dev libcli
 ci=("${build[@]}" python3-pytest python3-can python3-serial python3-canmatrix)
 demo=("${build[@]}" python3-can python3-serial python3-canmatrix python3-matplotlib python3-numpy iproute2)
 guest=(flex bison bc gcc make xz-utils libc6-dev iproute2)
-test=("${demo[@]}" "${guest[@]}" libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev clang-format clang-tidy
+controllers=(qemu-system-x86 cpio xz-utils gcc libc6-dev iproute2)
+test=("${demo[@]}" "${guest[@]}" "${controllers[@]}" libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev clang-format clang-tidy
       clang-tools python3-pytest python3-hypothesis python3-scipy python3-h5py can-utils rt-tests stress-ng shellcheck git
       clang libclang-rt-14-dev systemd)
 
-[ $# -gt 0 ] || { echo "usage: tools/deps.sh build|ci|demo|test|guest ..." >&2; exit 2; }
+[ $# -gt 0 ] || { echo "usage: tools/deps.sh build|ci|demo|test|guest|controllers ..." >&2; exit 2; }
 wanted=()
 for set in "$@"; do
   case $set in
@@ -21,7 +22,8 @@ for set in "$@"; do
     demo) wanted+=("${demo[@]}") ;;
     test) wanted+=("${test[@]}") ;;
     guest) wanted+=("${guest[@]}") ;;
-    *) echo "deps.sh: '$set' is none of build, ci, demo, test, guest" >&2; exit 2 ;;
+    controllers) wanted+=("${controllers[@]}") ;;
+    *) echo "deps.sh: '$set' is none of build, ci, demo, test, guest, controllers" >&2; exit 2 ;;
   esac
 done
 

@@ -17,8 +17,9 @@ for preset in release asan tsan; do cmake --preset "$preset" >/dev/null; done
 run-clang-tidy -quiet -p build/release -extra-arg=-Wno-unknown-warning-option "$PWD/src/(model|fault|rt|can)/.*\.cpp" >build/clang-tidy.log 2>&1 ||
   { grep -E 'warning:|error:' build/clang-tidy.log | sort -u; exit 1; }
 
-say "the CAN guest's kernel (built once a machine)"
+say "kernels of the CAN guests (built or downloaded once a machine)"
 tools/vcan-guest --build
+tools/vcan-guest --controllers --build
 
 say "build"
 cmake --build --preset release
@@ -26,14 +27,19 @@ cmake --build --preset asan --target model_test fault_test rt_test can_test app_
 cmake --build --preset tsan --target rt_test can_test servohil
 
 # The real SocketCAN stack, in a guest whatever this kernel has: interfaces are made, removed and broken there. Its time
-# is virtual: whatever else runs meanwhile, the result is the same.
+# is virtual: whatever else runs meanwhile, the result is the same. On the emulated controllers it is real, and nothing
+# is judged by it.
 pytest=(/usr/bin/python3 -m pytest -q -p no:cacheprovider)
 export PYTHONDONTWRITEBYTECODE=1
 test_on_vcan() {
-  local guest=(tools/vcan-guest --timeout 600 --env "SERVOHIL_BUILD=$PWD/build/release" --env SERVOHIL_BUS=socketcan
-    --env PYTHONDONTWRITEBYTECODE --)
+  local guest=(tools/vcan-guest --timeout 600 --env "SERVOHIL_BUILD=$PWD/build/release" --env PYTHONDONTWRITEBYTECODE)
   "${guest[@]}" build/release/bin/socketcan_test --gtest_brief=1
-  for file in bus bus_faults injected_faults servohil_ci; do "${guest[@]}" "${pytest[@]}" "tests/e2e/test_$file.py"; done
+  for file in bus bus_faults injected_faults servohil_ci; do
+    "${guest[@]}" --env SERVOHIL_BUS=socketcan -- "${pytest[@]}" "tests/e2e/test_$file.py"
+  done
+  # shellcheck disable=SC2016  # expands in the guest
+  "${guest[@]}" --controllers --env SERVOHIL_BUS=controllers -- \
+    bash -c 'build/release/bin/controller_test --gtest_brief=1 && "$@"' - "${pytest[@]}" tests/e2e/test_can_controllers.py
 }
 set -m # a process group of its own, to be ended as a whole
 test_on_vcan >build/on_vcan.log 2>&1 &

@@ -73,6 +73,7 @@ can::BusOptions BusOptionsOf(const Contract& contract, const Configuration& conf
     bus.wanted.push_back({contract.MessageOf(i).id, contract.MessageOf(i).extended});
   const CanSettings& can = configuration.can;
   bus.bit_rate_bit_s = static_cast<std::uint32_t>(can.bit_rate_bit_s);
+  if (contract.UsesFd()) bus.data_bit_rate_bit_s = static_cast<std::uint32_t>(can.data_bit_rate_bit_s);
   bus.allow_physical = can.allow_physical;
   if (can.configure) bus.configure = LinkSettingsOf(can);
   if (can.emulate_bit_rate_bit_s == 0) return bus;

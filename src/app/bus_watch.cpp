@@ -34,7 +34,7 @@ BusWatch::BusWatch(Emulator& emulator, const can::Network& network, const CanSet
     : emulator_(emulator), configure_(settings.configure), link_(LinkSettingsOf(settings)) {
   for (const auto& bus : network.Buses()) {
     watched_.push_back(
-        {bus.get(), bus->Interface(), can::BusMonitor(bus->Name(), MonitorSettingsOf(settings)), {}});
+        {bus.get(), bus->Interface(), can::BusMonitor(bus->Name(), MonitorSettingsOf(settings)), {}, {}});
     reports_.push_back({bus->Name(), {}});
   }
 }
@@ -58,7 +58,9 @@ void BusWatch::Look(std::size_t which, std::int64_t now_ns) {
   for (const can::BusMonitor::Remark& remark : watched.monitor.Look(seen))
     spdlog::log(remark.bad ? spdlog::level::warn : spdlog::level::info, "{}", remark.text);
   if (watched.monitor.TakeRestart()) Restart(watched);
-  if (seen.link) SetUpWhatIsNew(watched, *seen.link);
+  if (!seen.link) return;
+  if (watched.progress.IsResetDue(now_ns, watched.monitor.Condition(), seen.link->tx_packets)) Reset(watched);
+  SetUpWhatIsNew(watched, *seen.link);
 }
 
 can::BusObservation BusWatch::Observe(std::size_t which, std::int64_t now_ns) {
@@ -96,6 +98,16 @@ void BusWatch::Restart(const Watched& watched) {
     default:
       spdlog::warn("{}: the kernel does not restart it yet", watched.bus->Name());
   }
+}
+
+void BusWatch::Reset(const Watched& watched) const {
+  const char* const stuck = "frames are stuck in the controller though the bus is well";
+  if (configure_ && can::ResetLink(watched.interface) == can::RestartResult::kDone) {
+    spdlog::warn("{}: {}: taken down and up", watched.bus->Name(), stuck);
+    return;
+  }
+  spdlog::error("{0}: {1}; this ends it: sudo ip link set {2} down; sudo ip link set {2} up",
+                watched.bus->Name(), stuck, watched.interface);
 }
 
 /// An adapter that was pulled out and plugged in again comes back as it was made.

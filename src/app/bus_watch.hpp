@@ -10,6 +10,7 @@
 #include "servohil/app/emulator.hpp"
 #include "servohil/can/bus_monitor.hpp"
 #include "servohil/can/network.hpp"
+#include "servohil/can/progress_watch.hpp"
 
 namespace servohil::app {
 
@@ -36,6 +37,7 @@ class BusWatch {
     const can::Bus* bus;
     std::string interface;
     can::BusMonitor monitor;
+    can::ProgressWatch progress;
     can::ErrorTotals errors;
     std::int64_t linked_ns = 0;  ///< when the kernel was asked last
     int index = 0;               ///< of the interface; 0: not known
@@ -44,6 +46,7 @@ class BusWatch {
   void Look(std::size_t which, std::int64_t now_ns);
   can::BusObservation Observe(std::size_t which, std::int64_t now_ns);
   void Restart(const Watched& watched);
+  void Reset(const Watched& watched) const;
   void SetUpWhatIsNew(Watched& watched, const can::Link& link);
 
   Emulator& emulator_;

@@ -130,6 +130,12 @@ std::array<std::uint64_t, kMostMessages> Contract::Cycles() const noexcept {
   return cycles;
 }
 
+bool Contract::UsesFd() const noexcept {
+  const auto is_fd = [](const auto& one) { return one.message->fd; };
+  return std::any_of(incoming_.begin(), incoming_.end(), is_fd) ||
+         std::any_of(outgoing_.begin(), outgoing_.end(), is_fd);
+}
+
 MessageSet Contract::MessagesCarrying(std::string_view quantity) const noexcept {
   const Quantity* const wanted = FindQuantity(quantity);
   const auto carries = [&](const Page& page) {

@@ -73,8 +73,16 @@ std::vector<BusMonitor::Remark> BusMonitor::Look(const BusObservation& seen) {
   return remarks;
 }
 
+/// Registers that read as all ones: nobody drives the wires. A controller with such counters is not
+/// error-active.
+bool Answers(const Controller& told) noexcept {
+  constexpr std::uint8_t kAllOnes = 255;
+  return told.state != ControllerState::kErrorActive || told.tx_errors != kAllOnes ||
+         told.rx_errors != kAllOnes;
+}
+
 /// By error frames at once; by the kernel, which knows better, whenever it was asked.
-void BusMonitor::TakeController(const BusObservation& seen) {
+void BusMonitor::TakeController(const BusObservation& seen, std::vector<Remark>& remarks) {
   if (seen.errors.frames != before_.errors.frames) {
     controller_.state = seen.errors.state;
     controller_.tx_errors = seen.errors.tx_errors;
@@ -82,6 +90,11 @@ void BusMonitor::TakeController(const BusObservation& seen) {
   }
   if (!seen.link || !seen.link->controller) return;
   const Controller& told = *seen.link->controller;
+  const bool answered = std::exchange(answers_, Answers(told));
+  if (answered && !answers_)
+    remarks.push_back({true, name_ + ": the adapter does not answer; is it plugged in firmly?"});
+  if (!answered && answers_) remarks.push_back({false, name_ + ": the adapter answers again"});
+  if (!answers_) return;
   // A driver that does not tell its counters: they are zero after a restart, which no error frame tells.
   const bool restarted =
       controller_.state == ControllerState::kBusOff && told.state == ControllerState::kErrorActive;
@@ -94,7 +107,7 @@ void BusMonitor::TakeController(const BusObservation& seen) {
 }
 
 void BusMonitor::LookAtState(const BusObservation& seen, std::vector<Remark>& remarks) {
-  TakeController(seen);
+  TakeController(seen, remarks);
   BusState state = StateOf(controller_.state);
   condition_.tx_errors = controller_.tx_errors;
   condition_.rx_errors = controller_.rx_errors;
@@ -225,9 +238,12 @@ std::string BusMonitor::Explain(BusFault fault, const BusObservation& seen, std:
   const std::string name = NameOf(fault);
   switch (fault) {
     case BusFault::kBitRateMismatch:
-      return name + "? nothing but error frames (" + std::to_string(seen.errors.frames) + "; " +
-             seen.errors.DescribeLast() + "): do all nodes run at " +
-             std::to_string(settings_.bit_rate_bit_s) + " bit/s? else wires or termination";
+      return name + "? nothing but " +
+             (seen.errors.frames == 0 ? "errors"
+                                      : "error frames (" + std::to_string(seen.errors.frames) + "; " +
+                                            seen.errors.DescribeLast() + ')') +
+             ": do all nodes run at " + std::to_string(settings_.bit_rate_bit_s) +
+             " bit/s? else wires or termination";
     case BusFault::kNoAcknowledge:
       return name + ": is any other node on the bus, and running?";
     case BusFault::kQueueFull:

@@ -1,5 +1,6 @@
 #include "servohil/can/link.hpp"
 
+#include <linux/can.h>
 #include <linux/can/netlink.h>
 #include <net/if.h>
 #include <net/if_arp.h>
@@ -15,6 +16,8 @@
 
 namespace servohil::can {
 namespace {
+
+constexpr double kPerMille = 1000.0;
 
 template <typename T>
 T ValueOf(const nlattr* attribute) noexcept {
@@ -52,8 +55,14 @@ int ParseController(const nlattr* attribute, void* data) {
       controller->rx_errors = static_cast<std::uint8_t>(std::min(counter.rxerr, kMost));
       break;
     }
-    case IFLA_CAN_BITTIMING:
-      controller->bit_rate_bit_s = ValueOf<can_bittiming>(attribute).bitrate;
+    case IFLA_CAN_BITTIMING: {
+      const auto timing = ValueOf<can_bittiming>(attribute);
+      controller->bit_rate_bit_s = timing.bitrate;
+      controller->sample_point = timing.sample_point / kPerMille;
+      break;
+    }
+    case IFLA_CAN_CLOCK:
+      controller->clock_hz = ValueOf<can_clock>(attribute).freq;
       break;
     case IFLA_CAN_RESTART_MS:
       controller->restart_ms = ValueOf<std::uint32_t>(attribute);
@@ -74,6 +83,8 @@ int ParseKind(const nlattr* attribute, void* data) {
 
 int ParseAttribute(const nlattr* attribute, void* data) {
   if (mnl_attr_get_type(attribute) == IFLA_LINKINFO) mnl_attr_parse_nested(attribute, ParseKind, data);
+  if (mnl_attr_get_type(attribute) == IFLA_MTU)
+    static_cast<Link*>(data)->takes_fd = ValueOf<std::uint32_t>(attribute) >= CANFD_MTU;
   if (mnl_attr_get_type(attribute) == IFLA_STATS64) {
     const auto statistics = ValueOf<rtnl_link_stats64>(attribute);
     static_cast<Link*>(data)->rx_packets = statistics.rx_packets;
@@ -119,7 +130,6 @@ int SetQueueLength(const std::string& name, std::uint32_t frames, std::string& r
 }
 
 int SetBitTiming(const std::string& name, const LinkSettings& settings, std::string& reason) {
-  constexpr double kPerMille = 1000.0;
   can_bittiming timing{};
   timing.bitrate = settings.bit_rate_bit_s;
   timing.sample_point = static_cast<std::uint32_t>(std::lround(settings.sample_point * kPerMille));
@@ -128,6 +138,33 @@ int SetBitTiming(const std::string& name, const LinkSettings& settings, std::str
 
 bool IsMissingPermission(int error) noexcept {
   return error == EPERM || error == EACCES;
+}
+
+std::string Fixed(double value) {
+  const std::string text = std::to_string(value);
+  return text.substr(0, text.find('.') + 4);
+}
+
+std::string ClockText(const Controller& controller) {
+  return controller.clock_hz == 0 ? "" : " (its clock: " + std::to_string(controller.clock_hz) + " Hz)";
+}
+
+RestartResult ResultOf(int error) noexcept {
+  if (error == 0) return RestartResult::kDone;
+  return IsMissingPermission(error) ? RestartResult::kNotPermitted : RestartResult::kRefused;
+}
+
+/// Beyond its range, of which the kernel only says EINVAL or EDOM.
+bool IsOutOfRange(int error) noexcept {
+  return error == EINVAL || error == EDOM || error == ERANGE;
+}
+
+[[noreturn]] void FailToReach(const std::string& name, const Controller& controller,
+                              const LinkSettings& settings) {
+  std::string keys = "can.bit_rate_bit_s = " + std::to_string(settings.bit_rate_bit_s);
+  if (settings.sample_point > 0.0) keys += " with can.sample_point = " + Fixed(settings.sample_point);
+  throw EnvironmentError(keys + ": the controller of " + name + " cannot do that" + ClockText(controller) +
+                         "; its range: ip -details link show " + name);
 }
 
 [[noreturn]] void FailToConfigure(const std::string& name, const LinkSettings& settings, int error,
@@ -153,14 +190,28 @@ std::optional<Link> ReadLink(const std::string& name) {
 
 std::string ConfigureCommands(const std::string& name, const LinkSettings& settings) {
   std::string sample_point;
-  if (settings.sample_point > 0.0) {
-    sample_point = std::to_string(settings.sample_point);
-    sample_point = " sample-point " + sample_point.substr(0, sample_point.find('.') + 4);
-  }
+  if (settings.sample_point > 0.0) sample_point = " sample-point " + Fixed(settings.sample_point);
   const std::string set = "sudo ip link set " + name;
   return set + " down; " + set + " type can bitrate " + std::to_string(settings.bit_rate_bit_s) +
          sample_point + " restart-ms " + std::to_string(settings.restart_ms) + "; " + set + " txqueuelen " +
          std::to_string(settings.queue_length) + " up";
+}
+
+std::string BitTimingMismatch(const std::string& name, const Controller& told, const LinkSettings& wanted) {
+  const std::string nearest = ": the nearest that the controller of " + name + " can do";
+  const double rate = wanted.bit_rate_bit_s;
+  if (told.bit_rate_bit_s != 0 && std::abs(told.bit_rate_bit_s - rate) > kMostBitRateError * rate) {
+    return "can.bit_rate_bit_s = " + std::to_string(wanted.bit_rate_bit_s) + nearest + " is " +
+           std::to_string(told.bit_rate_bit_s) + ClockText(told);
+  }
+  constexpr double kRounding = 1e-6;
+  if (told.sample_point > 0.0 && wanted.sample_point > 0.0 &&
+      std::abs(told.sample_point - wanted.sample_point) > kMostSamplePointError + kRounding) {
+    return "can.sample_point = " + Fixed(wanted.sample_point) + nearest + " at " +
+           std::to_string(told.bit_rate_bit_s) + " bit/s is " + Fixed(told.sample_point) + ClockText(told) +
+           "; set that if it suits the other nodes";
+  }
+  return {};
 }
 
 void ConfigureLink(const std::string& name, const LinkSettings& settings) {
@@ -171,7 +222,14 @@ void ConfigureLink(const std::string& name, const LinkSettings& settings) {
   };
   if (link && link->controller) {
     require(SetUp(name, false, reason));
-    require(SetBitTiming(name, settings, reason));
+    const int timing = SetBitTiming(name, settings, reason);
+    if (IsOutOfRange(timing)) FailToReach(name, *link->controller, settings);
+    require(timing);
+    const std::optional<Link> now = ReadLink(name);
+    if (now && now->controller) {
+      const std::string mismatch = BitTimingMismatch(name, *now->controller, settings);
+      if (!mismatch.empty()) throw EnvironmentError(mismatch);
+    }
     const int restart = SetController(name, IFLA_CAN_RESTART_MS, settings.restart_ms, reason);
     if (restart != EOPNOTSUPP) require(restart);
     require(SetQueueLength(name, settings.queue_length, reason));
@@ -182,13 +240,14 @@ void ConfigureLink(const std::string& name, const LinkSettings& settings) {
 RestartResult RestartLink(const std::string& name) {
   std::string reason;
   const std::uint32_t now = 1;
-  int error = SetController(name, IFLA_CAN_RESTART, now, reason);
-  if (error == EOPNOTSUPP) {
-    error = SetUp(name, false, reason);
-    if (error == 0) error = SetUp(name, true, reason);
-  }
-  if (error == 0) return RestartResult::kDone;
-  return IsMissingPermission(error) ? RestartResult::kNotPermitted : RestartResult::kRefused;
+  const int error = SetController(name, IFLA_CAN_RESTART, now, reason);
+  return error == EOPNOTSUPP ? ResetLink(name) : ResultOf(error);
+}
+
+RestartResult ResetLink(const std::string& name) {
+  std::string reason;
+  const int error = SetUp(name, false, reason);
+  return ResultOf(error == 0 ? SetUp(name, true, reason) : error);
 }
 
 }  // namespace servohil::can

@@ -27,6 +27,13 @@ std::string SetUpCommand(const std::string& interface, const BusOptions& options
   return "sudo ip link set " + interface + " up type can bitrate " + std::to_string(options.bit_rate_bit_s);
 }
 
+std::string SetUpForFdCommand(const std::string& interface, const BusOptions& options) {
+  const std::string set = "sudo ip link set " + interface;
+  if (IsVirtualInterface(interface)) return "this changes it: " + set + " mtu 72";
+  return "where its controller can: " + set + " down; " + SetUpCommand(interface, options) + " dbitrate " +
+         std::to_string(options.data_bit_rate_bit_s) + " fd on";
+}
+
 void SetOption(int socket, int level, int option, int value, const char* called) {
   if (::setsockopt(socket, level, option, &value, sizeof value) != 0) {
     throw EnvironmentError(std::string("the kernel refuses the CAN socket option ") + called + ": " +
@@ -75,6 +82,10 @@ void CheckInterface(const std::string& interface, const BusOptions& options) {
   if (!IsInterfaceUp(interface)) {
     throw EnvironmentError("CAN interface " + interface +
                            " is down; set it up: " + SetUpCommand(interface, options));
+  }
+  if (const auto link = ReadLink(interface); options.data_bit_rate_bit_s != 0 && link && !link->takes_fd) {
+    throw EnvironmentError("the DBC has CAN FD messages, and " + interface +
+                           " is set up for classic frames only; " + SetUpForFdCommand(interface, options));
   }
 }
 

@@ -153,6 +153,32 @@ TEST(BusMonitor, FramesThatTheKernelCountsAreGoodOnes) {
 
 /// A transmitter that is alone stays error-passive at 128: ISO 11898-1 does not count missing
 /// acknowledgements further.
+/// A driver that reports no bus errors: there are no error frames to describe.
+TEST(BusMonitor, AReceiverThatGetsNothingGoodIsOnABusOfAnotherBitRate) {
+  Watched bus;
+  bus.SetController(ControllerState::kErrorPassive, 0, 128);
+  const Texts told = bus.Look();
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[1],
+            "bus: bit-rate mismatch? nothing but errors: do all nodes run at 500000 "
+            "bit/s? else wires or termination");
+}
+
+/// Seen of the kernel's driver for the SJA1000, whose registers then read as 0xFF.
+TEST(BusMonitor, AnAdapterWhoseRegistersAreAllOnesDoesNotAnswer) {
+  Watched bus;
+  bus.SetController(ControllerState::kErrorActive, 3, 4);
+  bus.Look();
+  bus.SetController(ControllerState::kErrorActive, 255, 255);
+  EXPECT_EQ(bus.Look(), Texts{"bus: the adapter does not answer; is it plugged in firmly?"});
+  EXPECT_EQ(bus.Look(5000), Texts{});
+  EXPECT_FALSE(bus.Now().Has(BusFault::kBitRateMismatch));
+  EXPECT_EQ(bus.Now().tx_errors, 3);  // the last that it told
+  bus.SetController(ControllerState::kErrorActive, 0, 0);
+  EXPECT_EQ(bus.Look(), Texts{"bus: the adapter answers again"});
+  EXPECT_EQ(bus.Now().tx_errors, 0);
+}
+
 TEST(BusMonitor, APassiveSenderWhomNobodyHearsIsAlone) {
   Watched bus;
   bus.SetController(ControllerState::kErrorPassive, 128, 0);

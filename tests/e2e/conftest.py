@@ -1,4 +1,5 @@
-"""The bus tests run over the transports of SERVOHIL_BUS: slcan, socketcan, or both with a comma between.
+"""The bus tests run over the transports of SERVOHIL_BUS: slcan, socketcan, or both with a comma between; those of
+test_can_controllers.py over controllers.
 
 Default: slcan, and socketcan where the kernel has vcan0 or SERVOHIL_GUEST is set (tools/vcan-guest sets it). A
 transport that is asked for and missing is a failure, never a skip.
@@ -15,21 +16,21 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from emulator import PROGRAM, Client, Emulator  # noqa: E402
 
 VCAN = "vcan0"
-URLS = {"slcan": "slcan:pty", "socketcan": f"socketcan:{VCAN}"}
+URLS = {"slcan": "slcan:pty", "socketcan": f"socketcan:{VCAN}", "controllers": "socketcan:can0"}
 
 
-def have_vcan():
-    return Path("/sys/class/net", VCAN).exists()
+def exists(interface):
+    return Path("/sys/class/net", interface).exists()
 
 
 def transports():
     wanted = os.environ.get("SERVOHIL_BUS", "")
     if not wanted:
-        return ["slcan", "socketcan"] if have_vcan() or os.environ.get("SERVOHIL_GUEST") else ["slcan"]
+        return ["slcan", "socketcan"] if exists(VCAN) or os.environ.get("SERVOHIL_GUEST") else ["slcan"]
     names = wanted.split(",")
     for name in names:
         if name not in URLS:
-            raise pytest.UsageError(f"SERVOHIL_BUS={wanted}: expected slcan, socketcan or slcan,socketcan")
+            raise pytest.UsageError(f"SERVOHIL_BUS={wanted}: expected slcan, socketcan, slcan,socketcan or controllers")
     return names
 
 
@@ -41,7 +42,7 @@ def pytest_report_header():
 def pytest_generate_tests(metafunc):
     if "transport" in metafunc.fixturenames:
         only = metafunc.definition.get_closest_marker("only")
-        names = [name for name in transports() if not only or name in only.args]
+        names = [name for name in transports() if (name in only.args if only else name != "controllers")]
         metafunc.parametrize("transport", names or ["not selected"], scope="module")
 
 
@@ -62,7 +63,9 @@ def url(transport):
     """What --can takes for this transport."""
     if not PROGRAM.exists():
         pytest.fail(f"{PROGRAM}: build it first, or set SERVOHIL_BUILD")
-    if transport == "socketcan" and not have_vcan():
+    if transport == "controllers" and not (exists("can0") and exists("can1")):
+        pytest.fail("there are no controllers can0 and can1: run through tools/vcan-guest --controllers")
+    if transport == "socketcan" and not exists(VCAN):
         pytest.fail(f"socketcan is asked for, but there is no {VCAN}: sudo ip link add dev {VCAN} type vcan && sudo ip "
                     f"link set up {VCAN}, or run through tools/vcan-guest")
     return URLS[transport]

@@ -13,10 +13,7 @@ import threading
 import time
 from pathlib import Path
 
-logging.getLogger("canmatrix").setLevel(logging.CRITICAL)  # "xlsx is not supported"
-
-import can  # noqa: E402
-import canmatrix.formats  # noqa: E402
+import can
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("SERVOHIL_BUILD", REPOSITORY / "build" / "release")).resolve()
@@ -160,6 +157,13 @@ def let_time_pass(seconds):
         clock.wait(may_be_late=True)
 
 
+def load_dbc(path):
+    logging.getLogger("canmatrix").setLevel(logging.CRITICAL)  # "xlsx is not supported"
+    import canmatrix.formats  # seconds where a processor is emulated, and not every test has a client
+
+    return canmatrix.formats.loadp_flat(str(path))
+
+
 class Frame:
     """A frame of the emulator: message's name, its physical values, and what came over the wire."""
 
@@ -177,7 +181,7 @@ class Client:
         interface, _, channel = url.partition(":")
         self._more = {"sleep_after_open": 0.0, "bitrate": 500000} if interface == "slcan" else {}
         self._where = {"interface": interface, "channel": channel}
-        database = canmatrix.formats.loadp_flat(str(dbc))
+        database = load_dbc(dbc)
         self.messages = {m.name: m for m in database.frames}
         self._by_id = {m.arbitration_id.id: m for m in database.frames}
         self._count = 0

@@ -200,6 +200,21 @@ def test_python_can_sends_and_receives():
     assert result.stdout == b"0x12b 01f4 None\n", result.stderr
 
 
+def test_controllers_are_the_other_guests(tmp_path):
+    """Another machine, the same manners."""
+    elsewhere = Path("/usr")
+    script = (f"ip -br link; cat; echo $EMPTY $PWD; touch {elsewhere}/new; echo x > /tmp/new; "
+              f"printf guest > $GUEST_OUT/file; exit 42")
+    result = run("sh", "-c", script, cwd=tmp_path, input=b"a\0b\n",
+                 options=["--controllers", "--stdin", "--env", "EMPTY=given", "--out", tmp_path / "o,ut"])
+    assert result.returncode == 42, result.stderr
+    links = result.stdout.decode().splitlines()
+    assert [line.split()[0] for line in links[:4]] == ["lo", "can0", "can1", "vcan0"]
+    assert result.stdout.endswith(f"a\0b\ngiven {tmp_path}\n".encode())
+    assert b"Read-only file system" in result.stderr and not Path("/tmp/new").exists()
+    assert (tmp_path / "o,ut/file").read_text() == "guest"
+
+
 # --- time ------------------------------------------------------------------------------------------------------------
 
 
@@ -272,17 +287,18 @@ def lives(process):
     return fields[19] == process[1] and fields[0] not in "ZX"
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
-def test_killed_runner_leaves_nothing(tmp_path, how):
+@pytest.mark.parametrize("how, options", [(signal.SIGINT, []), (signal.SIGTERM, []), (signal.SIGHUP, []),
+                                          (signal.SIGKILL, []), (signal.SIGKILL, ["--controllers"])])
+def test_killed_runner_leaves_nothing(tmp_path, how, options):
     def take_signals():  # whatever this process was told to ignore (nohup)
         for one in (signal.SIGINT, signal.SIGHUP):
             signal.signal(one, signal.SIG_DFL)
 
-    guest = subprocess.Popen([VCAN_GUEST, "sh", "-c", BUSY], stdout=subprocess.PIPE, preexec_fn=take_signals,
+    guest = subprocess.Popen([VCAN_GUEST, *options, "sh", "-c", BUSY], stdout=subprocess.PIPE, preexec_fn=take_signals,
                              env={**os.environ, "TMPDIR": str(tmp_path)})
     assert guest.stdout.readline() == b"ready\n"
     processes = processes_below(guest.pid)
-    assert len(processes) >= 4  # the relay, the leash, the guest's kernel, and its processes
+    assert len(processes) >= 3  # the relay, the leash, the guest's kernel (and where that is UML, its processes)
     guest.send_signal(how)
     assert guest.wait(PATIENCE_S) == -how
     guest.stdout.close()
@@ -392,6 +408,19 @@ def test_missing_build_tools_are_named_with_the_remedy(fresh):
                             capture_output=True)
     assert result.returncode == 125 and result.stderr.count(b"\n") == 1
     assert b"gcc" in result.stderr and b"tools/deps.sh guest" in result.stderr and b"apt-get install" in result.stderr
+
+
+def test_missing_emulator_is_named_with_the_remedy(fresh):
+    folder, _, environment = fresh
+    tools = folder / "few"
+    tools.mkdir()
+    for program in Path("/usr/bin").iterdir():
+        if not program.name.startswith("qemu-system"):
+            (tools / program.name).symlink_to(program)
+    result = subprocess.run([folder / "tools/vcan-guest", "--controllers", "true"],
+                            env={**environment, "PATH": str(tools)}, capture_output=True)
+    assert result.returncode == 125 and result.stderr.count(b"\n") == 1
+    assert b"qemu-system-x86_64; run tools/deps.sh controllers" in result.stderr
 
 
 def test_cache_that_cannot_be_written_is_named(fresh):

@@ -1,11 +1,12 @@
 // guest-init.c: the two ends of a guest of tools/vcan-guest.   gcc -O2 -static -o init guest-init.c
 //
 //   as process 1 of the guest      mounts, vcan0, runs the command; what it prints goes to the spool, its
-//   exit
-//                                  status to the file "status"
+//                                  exit status to the file "status"
 //   init relay SPOOL PID SECONDS   on the host: copies the spool to standard output and error, live, until
-//                                  process PID (the guest) has ended; exit status 124 after SECONDS (0:
-//                                  never)
+//                                  process PID (the guest) has ended; exit status 124 after SECONDS (0: never)
+//
+// In user-mode Linux the host's files are the root from the beginning (hostfs); in QEMU's PC process 1 starts from
+// an initramfs with modules to insert, and the host's files come through 9p.
 //
 // The spool is a file in a folder that both sides see. Its records are {stream, length} and the data: one
 // file keeps the order across the two streams, and no terminal touches a byte. A file never blocks the guest
@@ -14,9 +15,9 @@
 // From the guest's kernel command line, as an environment variable of process 1:
 //   guest_start=SECS   virtual time only: the command starts at exactly this CLOCK_REALTIME
 // The runner's folder on the host is the current folder of the guest's kernel process: its name differs from
-// run to run, and so it must not be part of the command line (see SeedRandom). In it: command, a list of
-// strings each ended by NUL (current folder, output folder on the host and in the guest, number of variables,
-// variables, command, arguments); stdin, spool, status, out.
+// run to run, and so it must not be part of the command line (see SeedRandom). It is /run/guest in the guest. In
+// it: command, a list of strings each ended by NUL (current folder, output folder on the host and in the guest,
+// number of variables, variables, command, arguments); stdin, spool, status, out.
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -205,7 +206,40 @@ static char** ReadStrings(const char* path) {
   return strings;
 }
 
-static void Mounts(const char* work, const char* out_host, const char* out) {
+// A folder of the host: by its path where that is known (hostfs), else by its tag.
+static void MountHost(const char* tag, const char* host, const char* dir) {
+  if (host) {
+    Mount(tag, dir, "hostfs", host);
+  } else {
+    Mount(tag, dir, "9p", "trans=virtio,version=9p2000.L,msize=512000,cache=mmap");
+  }
+}
+
+static void Insert(const char* path) {
+  int fd = open(path, O_RDONLY | O_CLOEXEC);
+  if (fd < 0 || syscall(SYS_finit_module, fd, "", 0) != 0) Die(path);
+  close(fd);
+}
+
+// From the initramfs to the host's files.
+static void EnterHost(const char* modules) {
+  char path[256];
+  Mount("dev", "/dev", "devtmpfs", NULL);  // for Die
+  FILE* list = fopen(modules, "re");
+  if (!list) Die(modules);
+  while (fgets(path, sizeof path, list)) {
+    path[strcspn(path, "\n")] = 0;
+    Insert(path);
+  }
+  fclose(list);
+  mkdir("/host", 0755);
+  if (mount("root", "/host", "9p", MS_RDONLY, "trans=virtio,version=9p2000.L,msize=512000,cache=loose") != 0 ||
+      chdir("/host") != 0 || mount(".", "/", NULL, MS_MOVE, NULL) != 0 || chroot(".") != 0 || chdir("/") != 0) {
+    Die("the host's files");
+  }
+}
+
+static void Mounts(const char* work) {
   Mount("dev", "/dev", "devtmpfs", NULL);
   Mount("proc", "/proc", "proc", NULL);
   Mount("sysfs", "/sys", "sysfs", NULL);
@@ -228,8 +262,7 @@ static void Mounts(const char* work, const char* out_host, const char* out) {
   umask(022);
   Mount("tmp", "/tmp", "overlay", "lowerdir=/tmp,upperdir=/run/tmp/upper,workdir=/run/tmp/work");
   mkdir("/run/home", 0700);
-  Mount("work", "/run/guest", "hostfs", work);
-  Mount("out", out, "hostfs", out_host);
+  MountHost("work", work, "/run/guest");
 }
 
 // The kernel has no sources of randomness but its clock and its command line (build-kernel.sh), so that runs
@@ -325,11 +358,16 @@ static int Run(const char* dir, char** variables, char** command) {
 }
 
 static int Init(void) {
-  for (int fd = 0; fd < 3; ++fd) dup2(open("/dev/null", O_RDWR), fd);
   const char* start = getenv("guest_start");
-  const char* work = realpath("/proc/self/cwd", NULL);  // /proc is still the host's
-  char** strings = ReadStrings("/proc/self/cwd/command");
-  if (!work) Die("/proc/self/cwd");
+  const char* modules = "/modules/list";
+  int is_pc = access(modules, R_OK) == 0;
+  if (is_pc) EnterHost(modules);
+  const char* work = is_pc ? NULL : realpath("/proc/self/cwd", NULL);  // /proc is still the host's
+  if (!is_pc && !work) Die("/proc/self/cwd");
+  Mounts(work);
+  for (int fd = 0; fd < 3; ++fd) dup2(open("/dev/null", O_RDWR), fd);
+
+  char** strings = ReadStrings("/run/guest/command");
   const char* dir = *strings++;
   const char* out_host = *strings++;
   const char* out = *strings++;
@@ -337,7 +375,7 @@ static int Init(void) {
   char** variables = calloc((size_t)count + 1, sizeof *variables);
   for (long i = 0; i < count; ++i) variables[i] = *strings++;
 
-  Mounts(work, out_host, out);
+  MountHost("out", is_pc ? NULL : out_host, out);
   SeedRandom();
   sethostname("guest", 5);
   BringUp("lo");

@@ -135,6 +135,8 @@ class Contract {
   std::uint64_t CycleTicks(std::size_t message) const noexcept;
   /// Those of all.
   std::array<std::uint64_t, kMostMessages> Cycles() const noexcept;
+  /// Whether any message of the run is CAN FD.
+  bool UsesFd() const noexcept;
   /// The messages that carry the quantity of this name. @pre there is one
   MessageSet MessagesCarrying(std::string_view quantity) const noexcept;
 

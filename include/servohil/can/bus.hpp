@@ -34,6 +34,7 @@ struct BusOptions {
   /// pass. Others pass everything.
   std::vector<WantedId> wanted;
   std::uint32_t bit_rate_bit_s = 500'000;  ///< told to a real serial adapter (S0..S8)
+  std::uint32_t data_bit_rate_bit_s = 0;   ///< CAN FD frames are used, at this rate; 0: none are
   bool allow_physical = true;              ///< else a physical bus is refused
   std::optional<LinkSettings> configure;   ///< sets up kernel interfaces before they are used
   std::optional<BusModelSettings> model;   ///< all buses together behave as one real bus; virtual ones only

@@ -57,7 +57,7 @@ class BusMonitor {
     std::uint64_t count_before = 0;  ///< total when it began
   };
 
-  void TakeController(const BusObservation& seen);
+  void TakeController(const BusObservation& seen, std::vector<Remark>& remarks);
   void LookAtState(const BusObservation& seen, std::vector<Remark>& remarks);
   void LookAtTraffic(const BusObservation& seen);
   void LookAtFault(BusFault fault, bool seen_now, std::uint64_t total, const BusObservation& seen,
@@ -71,6 +71,7 @@ class BusMonitor {
   BusCondition condition_;
   std::array<Episode, kBusFaultCount> episodes_{};
   Controller controller_;  ///< as told last
+  bool answers_ = true;    ///< what is told can be true
   std::int64_t state_since_ns_ = 0;
   std::uint64_t entered_bus_off_ = 0;
   std::uint64_t not_sent_before_ = 0;  ///< when the state left error-active

@@ -90,6 +90,22 @@ std::string List(const std::string& name, const Json& items) {
   return text;
 }
 
+/// What is wrong with each bus; of its counts those that are not zero, so that they fit.
+std::string Buses(const Json& status) {
+  std::string text;
+  for (const Json& bus : status.value("buses", Json::array())) {
+    std::string line = "bus        " + bus.value("bus", "") + "  " + bus.value("state", "");
+    for (const Json& fault : bus.value("faults", Json::array())) line += ", " + Text(fault);
+    std::string counts;
+    for (const auto& [name, value] : bus.items()) {
+      if (value.is_number() && value != 0) counts += "  " + name + " " + Text(value);
+    }
+    text += Line(line);
+    if (!counts.empty()) text += Line("          " + counts);
+  }
+  return text;
+}
+
 std::string Rest(const Json& status) {
   static const std::set<std::string> kShown = {"id",
                                                "result",
@@ -110,6 +126,7 @@ std::string Rest(const Json& status) {
                                                "late_ticks",
                                                "worst_lateness_ms",
                                                "active_faults",
+                                               "buses",
                                                "command_age_s"};
   std::string text;
   for (const auto& [name, value] : status.items()) {
@@ -135,7 +152,7 @@ std::string StatusView(const Json& status, const Json& faults) {
   text += Line(Formatted("P2   %10.4g psi", supply_psi));
   text += mode == "WAITING" ? "command    none yet\n"
                             : Line(Formatted("command    %.4g s old", Number(status, "command_age_s")));
-  return text + Rest(status) + Faults(faults) + Warnings(status);
+  return text + Buses(status) + Rest(status) + Faults(faults) + Warnings(status);
 }
 
 }  // namespace servohil::app::control
