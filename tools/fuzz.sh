@@ -7,7 +7,7 @@ set -euo pipefail
 cd "$(dirname "$(readlink -f "$0")")/.."
 
 # Longest input: more is slower and finds nothing new.
-declare -A longest=([dbc]=900 [configuration]=500 [slcan]=300 [frame]=72 [request]=500 [scenario]=700 [file]=1000
+declare -A longest=([dbc]=900 [configuration]=500 [slcan]=300 [frame]=120 [request]=500 [scenario]=700 [file]=1000
   [fault_frame]=256)
 limit=-runs=10000000
 case ${1-} in
