@@ -27,7 +27,7 @@ keep() {
   local kept=tests/fuzz/corpus/$1
   rm -rf "$kept.new"
   mkdir -p "$kept.new" "$kept" "build/fuzz/corpus/$1"
-  "build/fuzz/bin/${1}_fuzz" -merge=1 -max_len="${longest[$1]}" "$kept.new" "$kept" "build/fuzz/corpus/$1" >"build/fuzz/$1.log" 2>&1
+  "build/fuzz/bin/${1}_fuzz" -merge=1 -use_counters=0 -max_len="${longest[$1]}" "$kept.new" "$kept" "build/fuzz/corpus/$1" >"build/fuzz/$1.log" 2>&1
   rm -rf "$kept"
   mv "$kept.new" "$kept"
   echo "fuzz.sh: $1: $(find "$kept" -type f | wc -l) inputs kept"
