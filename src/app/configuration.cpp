@@ -26,13 +26,6 @@ std::string Number(double value) {
   return out.str();
 }
 
-/// One line, whatever a file has put into it.
-std::string OneLine(std::string text) {
-  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == '\x7f'; };
-  std::replace_if(text.begin(), text.end(), is_control, ' ');
-  return text;
-}
-
 /// For `--set`: numbers that TOML writes otherwise (.15, 1e-3 is fine), else a text without its quotes.
 toml::table FromBareText(const std::string& text) {
   double number = 0.0;
@@ -50,7 +43,7 @@ class Loader {
       const toml::table table = toml::parse(text, file.string());
       Read(table, "", file.string(), file.parent_path());
     } catch (const toml::parse_error& error) {
-      throw UsageError(OneLine(DescribeTomlError(error, text, file.string())));
+      throw UsageError(DescribeTomlError(error, text, file.string()));
     }
   }
 
@@ -91,8 +84,8 @@ class Loader {
 
  private:
   void ThrowMistakes() const {
-    std::string all;
-    for (const auto& [line, mistake] : mistakes_) all += (all.empty() ? "" : "\n") + mistake;
+    std::vector<std::string> all;
+    for (const auto& [line, mistake] : mistakes_) all.push_back(mistake);
     if (!all.empty()) throw UsageError(all);
   }
 
@@ -153,7 +146,7 @@ class Loader {
     try {
       act();
     } catch (const UsageError& error) {
-      mistakes_.emplace(line, OneLine(error.what()));
+      mistakes_.emplace(line, error.what());
     }
   }
 

@@ -54,6 +54,11 @@ TEST(Configuration, SettingsWinInTheirOrder) {
   EXPECT_EQ(c.can.buses.size(), 2U);
 }
 
+TEST(Configuration, AMistakeIsOneLineWhateverTheValueHolds) {
+  EXPECT_EQ(ErrorOf({"a\n\x1B[2Jb=1"}),
+            "--set a  [2Jb=1: unknown key a  [2Jb; `servohil run --help-keys` lists all");
+}
+
 TEST(Configuration, MistakesNamePlaceKeyValueAndWhatIsRight) {
   EXPECT_EQ(ErrorOf({"servo.underlap_in=3"}),
             "--set servo.underlap_in=3: servo.underlap_in = 3: must be a number from -0.05 to 0.05 in");

@@ -36,6 +36,8 @@ enum class Mode : std::uint8_t {
   kDegraded = 5,    ///< the command is lost or not enabled: safety.on_loss
   kTripped = 6,     ///< P1 is drained at once
 };
+/// As in the statistics and the DBC: "WAITING".
+const char* NameOf(Mode mode);
 
 /// Late: began a wake period or more after its deadline. None outside real time.
 struct LateTicks {
