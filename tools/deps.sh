@@ -10,7 +10,7 @@ demo=("${build[@]}" python3-can python3-serial python3-canmatrix python3-matplot
 guest=(flex bison bc gcc make xz-utils libc6-dev iproute2)
 controllers=(qemu-system-x86 cpio xz-utils gcc libc6-dev iproute2)
 test=("${demo[@]}" "${guest[@]}" "${controllers[@]}" libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev clang-format clang-tidy
-      clang-tools python3-pytest python3-hypothesis python3-scipy python3-h5py can-utils rt-tests stress-ng shellcheck git
+      clang-tools python3-pytest python3-hypothesis python3-scipy python3-h5py python3-crcmod can-utils rt-tests stress-ng shellcheck git
       clang libclang-rt-14-dev systemd)
 
 [ $# -gt 0 ] || { echo "usage: tools/deps.sh build|ci|demo|test|guest|controllers ..." >&2; exit 2; }

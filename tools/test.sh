@@ -34,7 +34,7 @@ export PYTHONDONTWRITEBYTECODE=1
 test_on_vcan() {
   local guest=(tools/vcan-guest --timeout 600 --env "SERVOHIL_BUILD=$PWD/build/release" --env PYTHONDONTWRITEBYTECODE)
   "${guest[@]}" build/release/bin/socketcan_test --gtest_brief=1
-  for file in bus bus_faults injected_faults servohil_ci; do
+  for file in bus bus_faults enable_trip injected_faults protection safety servohil_ci; do
     "${guest[@]}" --env SERVOHIL_BUS=socketcan -- "${pytest[@]}" "tests/e2e/test_$file.py"
   done
   # shellcheck disable=SC2016  # expands in the guest

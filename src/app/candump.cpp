@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -14,6 +15,8 @@ namespace {
 constexpr std::int64_t kNsPerS = 1'000'000'000;
 constexpr std::size_t kStandardDigits = 3;
 constexpr std::size_t kExtendedDigits = 8;
+constexpr std::int64_t kMostSeconds = std::numeric_limits<std::int64_t>::max() / kNsPerS - 1;
+constexpr std::uint32_t kStandardMask = 0x7FF;
 constexpr std::uint32_t kErrorFlag = 0x2000'0000;
 constexpr std::uint32_t kIdMask = 0x1FFF'FFFF;
 
@@ -30,7 +33,7 @@ std::optional<std::int64_t> ParseTime(std::string_view text) {
   text = text.substr(1, text.size() - 2);
   const std::size_t point = text.find('.');
   const auto seconds = Parse<std::int64_t>(text.substr(0, point), 10);
-  if (!seconds || *seconds < 0) return std::nullopt;
+  if (!seconds || *seconds < 0 || *seconds > kMostSeconds) return std::nullopt;
   if (point == std::string_view::npos) return *seconds * kNsPerS;
   std::string digits(text.substr(point + 1, 9));
   digits.resize(9, '0');
@@ -56,7 +59,7 @@ std::optional<can::Frame> ParseFrame(std::string_view text, bool& is_error_frame
   const std::size_t hash = text.find('#');
   if (hash != kStandardDigits && hash != kExtendedDigits) return std::nullopt;
   const auto id = Parse<std::uint32_t>(text.substr(0, hash), 16);
-  if (!id) return std::nullopt;
+  if (!id || (hash == kStandardDigits && *id > kStandardMask)) return std::nullopt;
   can::Frame frame;
   frame.extended = hash == kExtendedDigits;
   frame.id = *id & kIdMask;

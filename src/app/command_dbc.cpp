@@ -3,10 +3,12 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "candump.hpp"
 #include "commands.hpp"
+#include "contract_json.hpp"
 #include "contract_report.hpp"
 #include "formatted.hpp"
 #include "servohil/app/contract.hpp"
@@ -17,17 +19,17 @@ namespace {
 struct Options {
   ConfigurationOptions configuration;
   std::filesystem::path log;
+  bool json = false;
 };
 
 using Id = std::pair<bool, std::uint32_t>;  // extended, identifier
 
 /// Of all that the files describe, the message of a frame; null: unknown.
-const can::Message* MessageOf(const can::Databases& databases, const Contract& contract,
-                              const can::Frame& frame) {
+const can::Message* MessageOf(const Contract& contract, const can::Frame& frame) {
   for (const ReceivedMessage& incoming : contract.IncomingMessages()) {
     if (incoming.pattern.Matches(frame.id, frame.extended)) return incoming.message;
   }
-  for (const can::Database& file : databases.files) {
+  for (const can::Database& file : contract.Databases().files) {
     const auto found =
         std::find_if(file.messages.begin(), file.messages.end(), [&](const can::Message& message) {
           return message.id == frame.id && message.extended == frame.extended;
@@ -45,13 +47,23 @@ std::string Line(const can::Message& message, const Contract& contract, const ca
   return message.name + ": " + DescribeFrame(message, frame) + (meaning.empty() ? "" : "  => " + meaning);
 }
 
-void DecodeLog(const Options& options, const Configuration& configuration, const Contract& contract) {
-  const can::Databases databases = can::ReadDbcs(configuration.can.dbc);
+/// Each frame that the files describe, an object a line.
+void DecodeLogToJson(const Options& options, const Contract& contract) {
+  for (const can::Frame& frame : ReadCandump(options.log)) {
+    const can::Message* const message = MessageOf(contract, frame);
+    if (message == nullptr) continue;
+    nlohmann::json line = FrameToJson(*message, contract, frame);
+    line["time_s"] = static_cast<double>(frame.receive_time_ns) / 1e9;
+    std::cout << line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  }
+}
+
+void DecodeLog(const Options& options, const Contract& contract) {
   std::map<std::string, unsigned long long> known;
   std::map<Id, unsigned long long> unknown;
   const std::vector<can::Frame> frames = ReadCandump(options.log);
   for (const can::Frame& frame : frames) {
-    const can::Message* const message = MessageOf(databases, contract, frame);
+    const can::Message* const message = MessageOf(contract, frame);
     if (message == nullptr) {
       ++unknown[{frame.extended, frame.id}];
       continue;
@@ -79,13 +91,20 @@ void AddDbcCommand(CLI::App& program, int& exit_status) {
   options->configuration.AddTo(command);
   command.add_option("--decode", options->log, "candump log to decode with the DBC files and the mapping")
       ->type_name("LOG");
+  command.add_flag("--json", options->json, "for pipelines: all in one object; of a log an object a line");
   command.callback([options, &exit_status] {
     const Configuration configuration = options->configuration.Load();
     const Contract contract(configuration);
-    if (options->log.empty()) {
+    if (options->json && options->log.empty()) {
+      std::cout << ContractToJson(contract, configuration.can)
+                       .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
+                << '\n';
+    } else if (options->json) {
+      DecodeLogToJson(*options, contract);
+    } else if (options->log.empty()) {
       std::cout << DescribeContract(contract, configuration.can);
     } else {
-      DecodeLog(*options, configuration, contract);
+      DecodeLog(*options, contract);
     }
     exit_status = kExitOk;
   });

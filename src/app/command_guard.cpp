@@ -59,6 +59,7 @@ void CommandGuard::TakeCondition(const Demand& demand, const FrameTime& time) no
   newest_.enabled = demand.enabled.value_or(newest_.enabled);
   newest_.trip = demand.trip.value_or(newest_.trip);
   if (demand.trip.value_or(false)) ++newest_.trips;
+  if (!demand.enabled.value_or(true)) ++newest_.disablings;
   if (!newest_.enabled || newest_.trip) newest_.good_in_a_row = 0;
 }
 

@@ -14,6 +14,7 @@
 #include "servohil/app/load_file.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
+#include "toml_error.hpp"
 #include "toml_text.hpp"
 
 namespace servohil::app {
@@ -23,13 +24,6 @@ std::string Number(double value) {
   std::ostringstream out;
   out << value;
   return out.str();
-}
-
-/// One line, whatever a file has put into it.
-std::string OneLine(std::string text) {
-  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == '\x7f'; };
-  std::replace_if(text.begin(), text.end(), is_control, ' ');
-  return text;
 }
 
 /// For `--set`: numbers that TOML writes otherwise (.15, 1e-3 is fine), else a text without its quotes.
@@ -49,9 +43,7 @@ class Loader {
       const toml::table table = toml::parse(text, file.string());
       Read(table, "", file.string(), file.parent_path());
     } catch (const toml::parse_error& error) {
-      const auto line = error.source().begin.line;
-      throw UsageError(OneLine(file.string() + (line != 0 ? ":" + std::to_string(line) : "") + ": " +
-                               std::string(error.description())));
+      throw UsageError(DescribeTomlError(error, text, file.string()));
     }
   }
 
@@ -92,8 +84,8 @@ class Loader {
 
  private:
   void ThrowMistakes() const {
-    std::string all;
-    for (const auto& [line, mistake] : mistakes_) all += (all.empty() ? "" : "\n") + mistake;
+    std::vector<std::string> all;
+    for (const auto& [line, mistake] : mistakes_) all.push_back(mistake);
     if (!all.empty()) throw UsageError(all);
   }
 
@@ -154,7 +146,7 @@ class Loader {
     try {
       act();
     } catch (const UsageError& error) {
-      mistakes_.emplace(line, OneLine(error.what()));
+      mistakes_.emplace(line, error.what());
     }
   }
 
@@ -253,6 +245,8 @@ class Loader {
 
   void ReadLoad() {
     model::LoadParameters& load = config_.model.load;
+    if (!std::filesystem::exists(config_.load_file))
+      Fail("load.file", config_.load_file, "there is no such file; a copy of config/load_curve.csv will do");
     load.opening = ReadLoadCurve(config_.load_file);
     load.has_closing = !config_.load_closing_file.empty();
     if (!load.has_closing) return;

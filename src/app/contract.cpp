@@ -2,11 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "contract_binding.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/can/codec.hpp"
+#include "servohil/error.hpp"
+#include "servohil/nearest_name.hpp"
 
 namespace servohil::app {
 namespace {
@@ -30,6 +35,34 @@ std::optional<double> ReadP1(const ReceivedMessage& incoming, Data data) {
   return p1_psi;
 }
 
+/// What may have been meant: "; there is governor.dbc", or a few that there are.
+std::string Beside(const std::filesystem::path& file) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  const std::filesystem::path directory = file.has_parent_path() ? file.parent_path() : ".";
+  for (const auto& entry : std::filesystem::directory_iterator(directory, ignored)) {
+    const std::string extension = entry.path().extension().string();
+    if (extension == ".dbc" || extension == ".DBC") names.push_back(entry.path().filename().string());
+  }
+  const std::string nearest = NearestName(file.filename().string(), names);
+  if (!nearest.empty()) return "; there is " + nearest;
+  constexpr std::size_t kMostNamed = 6;
+  std::sort(names.begin(), names.end());
+  names.resize(std::min(names.size(), kMostNamed));
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "; there is " : ", ") + name;
+  return text;
+}
+
+can::Databases ReadDbcs(const Configuration& configuration) {
+  for (const std::filesystem::path file : configuration.can.dbc) {
+    if (std::filesystem::exists(file)) continue;
+    throw UsageError(configuration.PlaceOf("can.dbc") + ": can.dbc: " + file.string() +
+                     ": there is no such file" + Beside(file));
+  }
+  return can::ReadDbcs(configuration.can.dbc);
+}
+
 }  // namespace
 
 void Merge(const Demand& demand, Command& command) noexcept {
@@ -47,8 +80,19 @@ Contract::Contract(can::Databases databases, const Configuration& configuration)
   CheckIdentifiers(incoming_, outgoing_);
 }
 
-Contract::Contract(const Configuration& configuration)
-    : Contract(can::ReadDbcs(configuration.can.dbc), configuration) {}
+Contract::Contract(const Configuration& configuration) : Contract(ReadDbcs(configuration), configuration) {}
+
+const ReceivedMessage* Contract::FindIncoming(const can::Frame& frame) const noexcept {
+  const auto found = std::find_if(incoming_.begin(), incoming_.end(), [&](const ReceivedMessage& one) {
+    return !frame.error && one.pattern.Matches(frame.id, frame.extended);
+  });
+  return found == incoming_.end() ? nullptr : &*found;
+}
+
+bool Contract::HasEnable() const noexcept {
+  return std::any_of(incoming_.begin(), incoming_.end(),
+                     [](const ReceivedMessage& one) { return one.enable.has_value(); });
+}
 
 std::vector<can::WantedId> Contract::Wanted() const {
   std::vector<can::WantedId> wanted;
@@ -58,10 +102,8 @@ std::vector<can::WantedId> Contract::Wanted() const {
 
 std::optional<Demand> Contract::Decode(const can::Frame& frame, CommandRejection& rejection) const noexcept {
   rejection = CommandRejection::kUnknownId;
-  const auto incoming = std::find_if(incoming_.begin(), incoming_.end(), [&](const ReceivedMessage& one) {
-    return !frame.error && one.pattern.Matches(frame.id, frame.extended);
-  });
-  if (incoming == incoming_.end()) return std::nullopt;
+  const ReceivedMessage* const incoming = FindIncoming(frame);
+  if (incoming == nullptr) return std::nullopt;
   if (frame.remote || int{frame.size} < incoming->message->size_bytes) {
     rejection = CommandRejection::kMalformed;
     return std::nullopt;

@@ -13,6 +13,8 @@ namespace {
 
 /// "config/servohil.toml:120: can.command.p1 = GOV_OUT.P1: "
 std::string Place(const Configuration& configuration, const std::string& key, const std::string& value) {
+  if (configuration.places.count(key) == 0)
+    return key + " is not set, and \"" + value + "\" in its place will not do: ";
   return configuration.PlaceOf(key) + ": " + key + " = \"" + value + "\": ";
 }
 
@@ -32,10 +34,11 @@ void CheckP1Range(const FoundSignal& found, const Linear& to_psi, const Configur
   const Range signal = RangeOf(*found.signal);
   const auto [low, high] = std::minmax({to_psi(signal.low), to_psi(signal.high)});
   if (low <= needed->low && high >= needed->high) return;
-  throw UsageError(place + found.Place() + found.Name() +
-                   Formatted(" reaches from %.6g to %.6g psi; the stroke needs %.6g to %.6g psi", low, high,
-                             needed->low, needed->high) +
-                   ": correct unit or scale, or set can.command.may_clip = true");
+  throw UsageError(
+      place + found.Place() + found.Name() +
+      Formatted(" reaches from %.6g to %.6g psi; the stroke needs %.6g to %.6g psi", low, high, needed->low,
+                needed->high) +
+      ": correct unit, or scale = [[value, psi], [value, psi]], or set can.command.may_clip = true");
 }
 
 class CommandBinder {
@@ -65,8 +68,9 @@ class CommandBinder {
                              : LineThrough(settings_.scale, configuration_.PlaceOf("can.command.scale") +
                                                                 ": can.command.scale: ");
     CheckP1Range(found, incoming.p1_to_psi, configuration_, place);
-    incoming.protection = BindProtection(*found.database, *found.message, settings_.protection,
-                                         configuration_.PlaceOf("can.command.e2e") + ": ");
+    incoming.protection = BindProtection(
+        *found.database, *found.message, settings_.protection,
+        [&](const std::string& key) { return configuration_.PlaceOf("can.command." + key) + ": "; });
   }
 
   void Bind(const char* key, const std::string& text, std::optional<Condition> ReceivedMessage::*member) {
@@ -86,6 +90,7 @@ class CommandBinder {
     ReceivedMessage incoming;
     incoming.database = found.database;
     incoming.message = found.message;
+    incoming.place = place;
     incoming.pattern = {found.message->id, found.message->extended, settings_.pgn};
     if (settings_.pgn && !found.message->extended)
       throw UsageError(place + found.database->file + ":" + std::to_string(found.message->line) +
@@ -120,6 +125,7 @@ class CommandBinder {
 };
 
 struct Identified {
+  std::string place;
   const can::Database* database;
   const can::Message* message;
   can::IdPattern pattern;
@@ -133,25 +139,31 @@ std::vector<ReceivedMessage> BindCommand(const can::Databases& databases,
 }
 
 std::optional<can::E2eLayout> BindProtection(const can::Database& database, const can::Message& message,
-                                             const ProtectionSettings& settings, const std::string& place) {
+                                             const ProtectionSettings& settings, const PlaceOfKey& place_of) {
   if (settings.profile == can::E2eProfile::kNone) return std::nullopt;
-  const auto signal = [&](const std::string& name) {
-    return name.empty() ? nullptr : &database.RequireSignal(message, name);
+  const auto signal = [&](const char* key, const std::string& name) -> const can::Signal* {
+    if (name.empty()) return nullptr;
+    try {
+      return &database.RequireSignal(message, name);
+    } catch (const UsageError& error) {
+      throw UsageError(place_of(key) + key + " = \"" + name + "\": " + error.what());
+    }
   };
+  const can::E2eSettings bound{settings.profile, settings.data_id, settings.data_id_mode,
+                               signal("counter", settings.counter), signal("checksum", settings.checksum)};
   try {
-    const can::E2eSettings bound{settings.profile, settings.data_id, settings.data_id_mode,
-                                 signal(settings.counter), signal(settings.checksum)};
     return can::MakeE2eLayout(bound, message);
   } catch (const UsageError& error) {
-    throw UsageError(place + error.what());
+    throw UsageError(place_of("e2e") + error.what());
   }
 }
 
 void CheckIdentifiers(std::span<const ReceivedMessage> incoming, std::span<const PublishedMessage> outgoing) {
   std::vector<Identified> all;
-  for (const ReceivedMessage& one : incoming) all.push_back({one.database, one.message, one.pattern});
+  for (const ReceivedMessage& one : incoming)
+    all.push_back({one.place, one.database, one.message, one.pattern});
   for (const PublishedMessage& one : outgoing)
-    all.push_back({one.database, one.message, {one.message->id, one.message->extended, false}});
+    all.push_back({one.place, one.database, one.message, {one.message->id, one.message->extended, false}});
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       if (!can::Overlap(all[i].pattern, all[j].pattern)) continue;
@@ -159,7 +171,7 @@ void CheckIdentifiers(std::span<const ReceivedMessage> incoming, std::span<const
         return one.message->name + " (" + one.database->file + ":" + std::to_string(one.message->line) + ")";
       };
       const bool twice = all[i].message == all[j].message;
-      throw UsageError(named(all[i]) +
+      throw UsageError(all[i].place + named(all[i]) +
                        (twice ? " is named twice in the configuration: both received and published, "
                                 "or published twice"
                               : " has the identifier of " + named(all[j])));

@@ -2,6 +2,7 @@
 /// From the names in the configuration to messages and signals of the DBC files; whatever does not fit is
 /// found here.
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,10 +20,13 @@ std::vector<ReceivedMessage> BindCommand(const can::Databases& databases, const 
 std::vector<PublishedMessage> BindPublished(const can::Databases& databases,
                                             const Configuration& configuration);
 
-/// How a message is protected; nothing: it is not. @param place  of the configuration, for errors
+/// "bench.toml:14: " of "counter", for errors.
+using PlaceOfKey = std::function<std::string(const std::string& key)>;
+
+/// How a message is protected; nothing: it is not.
 /// @throws UsageError: unknown signals, fields that do not fit the profile
 std::optional<can::E2eLayout> BindProtection(const can::Database& database, const can::Message& message,
-                                             const ProtectionSettings& settings, const std::string& place);
+                                             const ProtectionSettings& settings, const PlaceOfKey& place_of);
 
 /// @throws UsageError: two messages with one identifier
 void CheckIdentifiers(std::span<const ReceivedMessage> incoming, std::span<const PublishedMessage> outgoing);

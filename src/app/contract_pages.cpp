@@ -75,14 +75,14 @@ class MessageBinder {
                 const MessageSettings& settings)
       : configuration_(configuration),
         settings_(settings),
-        place_(settings.place.empty() ? "" : settings.place + ": "),
+        place_(settings.place.empty() ? "no [[can.publish]]: " : settings.place + ": "),
         found_(FindMessage(databases, settings.message, place_)) {}
 
   PublishedMessage Bind() {
-    PublishedMessage outgoing{found_.database, found_.message, CycleMs(), settings_.on_change, {}, {}};
-    outgoing.protection = BindProtection(*found_.database, *found_.message, settings_.protection, place_);
-    if (outgoing.protection && settings_.on_change)
-      throw UsageError(place_ + found_.message->name + ": on_change and e2e: a counter changes always");
+    PublishedMessage outgoing{found_.database, found_.message, CycleMs(), settings_.on_change, {}, {},
+                              place_};
+    outgoing.protection = BindProtection(*found_.database, *found_.message, settings_.protection,
+                                         [&](const std::string&) { return place_; });
     for (const SignalSettings& signal : SignalsOf()) Bind(signal);
     NumberFields();
     for (const std::optional<std::int64_t> value : PageValues()) outgoing.pages.push_back(PageOf(value));

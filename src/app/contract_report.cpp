@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "contract_names.hpp"
+#include "contract_protection.hpp"
 #include "formatted.hpp"
 #include "servohil/can/codec.hpp"
 #include "servohil/can/frame_bits.hpp"
@@ -84,7 +85,7 @@ std::string MessageLine(const can::Database& database, const can::Message& messa
 }
 
 std::string DescribeIncoming(const ReceivedMessage& incoming) {
-  std::string text;
+  std::string text = ProtectionLine(incoming.protection);
   for (const can::Signal& signal : incoming.message->signals) {
     if (&signal == incoming.p1) {
       const Range range = RangeOf(signal);
@@ -96,6 +97,8 @@ std::string DescribeIncoming(const ReceivedMessage& incoming) {
       text += SignalLine(signal, ConditionText(*incoming.enable, "enabled"));
     if (incoming.trip && &signal == incoming.trip->signal)
       text += SignalLine(signal, ConditionText(*incoming.trip, "tripped"));
+    if (const char* const role = RoleOf(incoming.protection, signal); role != nullptr)
+      text += SignalLine(signal, std::string(role) + " of e2e");
   }
   return text;
 }
@@ -111,19 +114,13 @@ std::string DescribePage(const PublishedMessage& outgoing, const Page& page) {
     if (!can::Carries(*outgoing.message, signal, data)) continue;
     const auto field = std::find_if(page.fields.begin(), page.fields.end(),
                                     [&](const Field& one) { return one.signal == &signal; });
-    text +=
-        SignalLine(signal, field == page.fields.end() ? "always " + ValueText(signal, data)
-                                                      : field->quantity->name + LinearText(field->convert));
+    const char* const role = RoleOf(outgoing.protection, signal);
+    std::string meaning =
+        role == nullptr ? "always " + ValueText(signal, data) : std::string(role) + " of e2e";
+    if (field != page.fields.end()) meaning = field->quantity->name + LinearText(field->convert);
+    text += SignalLine(signal, meaning);
   }
   return text;
-}
-
-const ReceivedMessage* FindIncoming(const Contract& contract, const can::Frame& frame) {
-  const auto all = contract.IncomingMessages();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const ReceivedMessage& one) {
-    return one.pattern.Matches(frame.id, frame.extended);
-  });
-  return found == all.end() ? nullptr : &*found;
 }
 
 std::string CommandMeaning(const Contract& contract, const can::Frame& frame) {
@@ -131,6 +128,8 @@ std::string CommandMeaning(const Contract& contract, const can::Frame& frame) {
   const std::optional<Demand> demand = contract.Decode(frame, why);
   std::string text;
   const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+  if (why != CommandRejection::kMalformed && !IsIntact(contract.FindIncoming(frame)->protection, frame))
+    return "wrong counter or checksum: not a command";
   if (why == CommandRejection::kOutOfRange) add("P1 out of range: not a command");
   if (why == CommandRejection::kMalformed) add("too short: not a command");
   if (!demand) return text;
@@ -142,7 +141,7 @@ std::string CommandMeaning(const Contract& contract, const can::Frame& frame) {
 
 std::string PublishedMeaning(const PublishedMessage& outgoing, const can::Frame& frame) {
   const std::span<const std::uint8_t> data(frame.data.data(), frame.size);
-  std::string text;
+  std::string text = IsIntact(outgoing.protection, frame) ? "" : "wrong counter or checksum";
   for (const Page& page : outgoing.pages) {
     if (page.selected_by && can::ExtractRaw(*outgoing.message->Selector(), data) != *page.selected_by)
       continue;
@@ -170,6 +169,7 @@ std::string DescribeContract(const Contract& contract, const CanSettings& can) {
   for (const PublishedMessage& outgoing : contract.OutgoingMessages()) {
     text += MessageLine(*outgoing.database, *outgoing.message,
                         {outgoing.message->id, outgoing.message->extended, false}, outgoing.cycle_ms, can);
+    text += ProtectionLine(outgoing.protection);
     if (outgoing.on_change) text += "    only when its bits differ from the frame before\n";
     for (const Page& page : outgoing.pages) text += DescribePage(outgoing, page);
   }
@@ -190,7 +190,7 @@ std::string DescribeFrame(const can::Message& message, const can::Frame& frame) 
 }
 
 std::string DescribeMeaning(const Contract& contract, const can::Frame& frame) {
-  if (FindIncoming(contract, frame) != nullptr) return CommandMeaning(contract, frame);
+  if (contract.FindIncoming(frame) != nullptr) return CommandMeaning(contract, frame);
   for (const PublishedMessage& outgoing : contract.OutgoingMessages()) {
     const bool same = outgoing.message->id == frame.id && outgoing.message->extended == frame.extended;
     if (same && int{frame.size} >= outgoing.message->size_bytes) return PublishedMeaning(outgoing, frame);

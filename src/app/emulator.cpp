@@ -47,6 +47,7 @@ CommandGuard GuardOf(const EmulatorOptions& options, const Contract& contract) {
   CommandGuard guard(options.safety, options.command_cycle_ms);
   const ReceivedMessage& command = contract.IncomingMessages().front();
   if (command.protection) guard.Check(*command.protection, static_cast<unsigned>(options.max_counter_jump));
+  if (contract.HasEnable()) guard.AwaitEnable();
   return guard;
 }
 

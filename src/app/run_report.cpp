@@ -80,25 +80,6 @@ std::string SaturationSummary(const Contract& contract, const SendCounters& out)
 
 }  // namespace
 
-const char* NameOf(Mode mode) {
-  switch (mode) {
-    case Mode::kWaiting:
-      return "WAITING";
-    case Mode::kRunning:
-      return "RUNNING";
-    case Mode::kModelFault:
-      return "MODEL_FAULT";
-    case Mode::kFrozen:
-      return "FROZEN";
-    case Mode::kDegraded:
-      return "DEGRADED";
-    case Mode::kTripped:
-      return "TRIPPED";
-    default:
-      return "STOPPED";
-  }
-}
-
 const char* NameOf(rt::LateCause cause) {
   switch (cause) {
     case rt::LateCause::kWokeLate:

@@ -40,8 +40,7 @@ struct Verdict {
 Verdict JudgeRun(const Telemetry& end, std::uint64_t lost_frames,
                  const std::optional<can::BusModelStatistics>& modelled = std::nullopt);
 
-/// Names as in the statistics and the DBC: "WAITING", "woke late".
-const char* NameOf(Mode mode);
+/// "woke late"
 const char* NameOf(rt::LateCause cause);
 
 }  // namespace servohil::app

@@ -3,7 +3,8 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
+#include <type_traits>
+#include <utility>
 
 #include "formatted.hpp"
 #include "servohil/app/quantity.hpp"
@@ -23,10 +24,37 @@ std::string Checksum(const std::string& text) {
   return HashText(Fnv1a(text));
 }
 
+[[noreturn]] void Refuse(const char* what, const Json* json) {
+  throw Json::other_error::create(500, what, json);
+}
+
+/// A snapshot's depth is 8; what is much deeper takes all of the stack.
+template <typename Input>
+Json ParseShallow(Input&& input) {
+  constexpr int kDeepest = 32;
+  return Json::parse(input, [](int depth, Json::parse_event_t, const Json&) {
+    if (depth > kDeepest) Refuse("nested too deep", nullptr);
+    return true;
+  });
+}
+
+/// Numbers as they are: whole ones must fit.
+template <typename T>
+void Take(const Json& json, T& value) {
+  if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
+    const bool fits = json.is_number_unsigned()
+                          ? std::in_range<T>(json.get<std::uint64_t>())
+                          : json.is_number_integer() && std::in_range<T>(json.get<std::int64_t>());
+    if (!fits) Refuse("range", &json);
+  }
+  json.get_to(value);
+}
+
 template <typename Enum>
 Enum EnumOf(const Json& value, Enum last) {
-  const int number = value.get<int>();
-  if (number < 0 || number > static_cast<int>(last)) throw Json::other_error::create(500, "range", &value);
+  int number = 0;
+  Take(value, number);
+  if (number < 0 || number > static_cast<int>(last)) Refuse("range", &value);
   return static_cast<Enum>(number);
 }
 
@@ -52,20 +80,22 @@ Json ToJson(const fault::Trigger& trigger) {
 fault::Trigger TriggerFromJson(const Json& json) {
   fault::Trigger trigger;
   trigger.kind = EnumOf(json.at("kind"), fault::Trigger::Kind::kFault);
-  json.at("quantity").get_to(trigger.quantity);
-  json.at("above").get_to(trigger.above);
-  json.at("threshold").get_to(trigger.threshold);
-  json.at("frame_id").get_to(trigger.frame_id);
-  json.at("extended").get_to(trigger.extended);
-  json.at("fault").get_to(trigger.fault);
+  Take(json.at("quantity"), trigger.quantity);
+  Take(json.at("above"), trigger.above);
+  Take(json.at("threshold"), trigger.threshold);
+  Take(json.at("frame_id"), trigger.frame_id);
+  Take(json.at("extended"), trigger.extended);
+  Take(json.at("fault"), trigger.fault);
   return trigger;
 }
 
 /// Of this program's catalogue and quantities.
 bool IsSound(const fault::Injection& i) {
   const fault::Spec* spec = fault::Find(i.id);
+  const bool waits_for_fault = i.trigger.kind == fault::Trigger::Kind::kFault;
   return spec != nullptr && (!spec->HasSignal() || i.target < Quantities().size()) &&
-         i.trigger.quantity < Quantities().size();
+         i.trigger.quantity < Quantities().size() &&
+         (!waits_for_fault || fault::Find(i.trigger.fault) != nullptr);
 }
 
 Json ToJson(const fault::Schedule& faults) {
@@ -94,22 +124,22 @@ fault::Schedule ScheduleFromJson(const Json& list) {
   fault::Schedule faults;
   for (const Json& one : list) {
     fault::Injection i;
-    one.at("fault").get_to(i.id);
-    one.at("values").get_to(i.values);
-    one.at("start_tick").get_to(i.start_tick);
-    one.at("ramp_ticks").get_to(i.ramp_ticks);
-    one.at("target").get_to(i.target);
-    one.at("seed").get_to(i.seed);
-    one.at("ramp_out_ticks").get_to(i.ramp_out_ticks);
-    one.at("for_ticks").get_to(i.for_ticks);
-    one.at("period_ticks").get_to(i.period_ticks);
-    one.at("times").get_to(i.times);
+    Take(one.at("fault"), i.id);
+    Take(one.at("values"), i.values);
+    Take(one.at("start_tick"), i.start_tick);
+    Take(one.at("ramp_ticks"), i.ramp_ticks);
+    Take(one.at("target"), i.target);
+    Take(one.at("seed"), i.seed);
+    Take(one.at("ramp_out_ticks"), i.ramp_out_ticks);
+    Take(one.at("for_ticks"), i.for_ticks);
+    Take(one.at("period_ticks"), i.period_ticks);
+    Take(one.at("times"), i.times);
     i.trigger = TriggerFromJson(one.at("trigger"));
-    one.at("waits").get_to(i.waits);
-    one.at("was_true").get_to(i.was_true);
-    one.at("fired").get_to(i.fired);
+    Take(one.at("waits"), i.waits);
+    Take(one.at("was_true"), i.was_true);
+    Take(one.at("fired"), i.fired);
     i.held = NumberFrom(one.at("held"));
-    if (!IsSound(i) || !faults.Inject(i)) throw Json::other_error::create(500, "fault", &one);
+    if (!IsSound(i) || !faults.Inject(i)) Refuse("fault", &one);
   }
   faults.ForgetEvents();
   return faults;
@@ -153,7 +183,7 @@ Json ToJson(const Snapshot& snapshot) {
 /// @param json  of a snapshot; before version 3 a command was followed for ever
 SupervisorState SupervisorFromJson(const Json& json, const Snapshot& snapshot) {
   SupervisorState s;
-  json.at("command_p1_psi").get_to(s.demand_psi);
+  Take(json.at("command_p1_psi"), s.demand_psi);
   if (!json.contains("safety")) {
     s.state = snapshot.sample.model_fault ? SafetyState::kFaulted
               : snapshot.commanded        ? SafetyState::kRunning
@@ -163,10 +193,10 @@ SupervisorState SupervisorFromJson(const Json& json, const Snapshot& snapshot) {
   const Json& safety = json.at("safety");
   s.state = EnumOf(safety.at("state"), SafetyState::kFaulted);
   s.cause = EnumOf(safety.at("cause"), SafetyCause::kModelFault);
-  safety.at("governed").get_to(s.governed);
-  safety.at("silent_ticks").get_to(s.silent_ticks);
-  safety.at("losses").get_to(s.losses);
-  safety.at("trips").get_to(s.trips);
+  Take(safety.at("governed"), s.governed);
+  Take(safety.at("silent_ticks"), s.silent_ticks);
+  Take(safety.at("losses"), s.losses);
+  Take(safety.at("trips"), s.trips);
   return s;
 }
 
@@ -174,24 +204,24 @@ Snapshot FromJson(const Json& json) {
   Snapshot snapshot;
   Sample& sample = snapshot.sample;
   model::State& s = sample.state;
-  json.at("tick").get_to(sample.tick);
-  json.at("p1_psi").get_to(sample.p1_psi);
-  json.at("x3_in").get_to(s.x3_in);
-  json.at("v3_in_s").get_to(s.v3_in_s);
-  json.at("p3_psi").get_to(s.p3_psi);
-  json.at("p4_psi").get_to(s.p4_psi);
-  json.at("p8_psi").get_to(s.p8_psi);
-  json.at("p2_psi").get_to(s.p2_psi);
+  Take(json.at("tick"), sample.tick);
+  Take(json.at("p1_psi"), sample.p1_psi);
+  Take(json.at("x3_in"), s.x3_in);
+  Take(json.at("v3_in_s"), s.v3_in_s);
+  Take(json.at("p3_psi"), s.p3_psi);
+  Take(json.at("p4_psi"), s.p4_psi);
+  Take(json.at("p8_psi"), s.p8_psi);
+  Take(json.at("p2_psi"), s.p2_psi);
   s.mode.motion = EnumOf(json.at("motion"), model::Motion::kAtUpperStop);
   s.mode.plunger = EnumOf(json.at("plunger"), model::Plunger::kAtUpperStop);
-  json.at("diaphragm_seated").get_to(s.mode.diaphragm_seated);
-  json.at("relay_port_full").get_to(s.mode.relay_port_full);
-  json.at("unresolved_ticks").get_to(sample.unresolved_ticks);
-  json.at("sub_steps").get_to(sample.sub_steps);
-  json.at("model_fault").get_to(sample.model_fault);
-  json.at("state_hash").get_to(sample.state_hash);
-  json.at("commanded").get_to(snapshot.commanded);
-  json.at("command_tick").get_to(snapshot.command_tick);
+  Take(json.at("diaphragm_seated"), s.mode.diaphragm_seated);
+  Take(json.at("relay_port_full"), s.mode.relay_port_full);
+  Take(json.at("unresolved_ticks"), sample.unresolved_ticks);
+  Take(json.at("sub_steps"), sample.sub_steps);
+  Take(json.at("model_fault"), sample.model_fault);
+  Take(json.at("state_hash"), sample.state_hash);
+  Take(json.at("commanded"), snapshot.commanded);
+  Take(json.at("command_tick"), snapshot.command_tick);
   snapshot.safety = SupervisorFromJson(json, snapshot);
   snapshot.faults = ScheduleFromJson(json.at("faults"));
   return snapshot;
@@ -206,9 +236,9 @@ Json ToJson(const RunTexts& texts) {
 
 RunTexts TextsFromJson(const Json& json) {
   RunTexts texts;
-  json.at("configuration").get_to(texts.configuration_toml);
-  json.at("load").get_to(texts.load_csv);
-  json.at("load_closing").get_to(texts.load_closing_csv);
+  Take(json.at("configuration"), texts.configuration_toml);
+  Take(json.at("load"), texts.load_csv);
+  Take(json.at("load_closing"), texts.load_closing_csv);
   const Json& dbc = json.at("dbc");
   texts.dbc = dbc.is_string() ? std::vector<std::string>{dbc} : dbc.get<std::vector<std::string>>();
   return texts;
@@ -227,7 +257,7 @@ std::string SnapshotText(const Snapshot& snapshot) {
 
 Snapshot ParseSnapshotText(const std::string& text, const std::string& place) {
   try {
-    return FromJson(Json::parse(text));
+    return FromJson(ParseShallow(text));
   } catch (const Json::exception& error) {
     throw UsageError(place + ": damaged: " + error.what());
   }
@@ -259,14 +289,16 @@ SnapshotFile ReadSnapshot(const std::filesystem::path& file) {
   if (!in || std::filesystem::is_directory(file)) throw UsageError(name + ": there is no such file");
   Json whole;
   try {
-    in >> whole;
+    whole = ParseShallow(in);
   } catch (const Json::exception& error) {
     throw UsageError(name + ": damaged or no snapshot: it is not JSON");
   }
   if (!whole.is_object() || whole.value("format", Json()) != kFormat)
     throw UsageError(name + ": no servohil snapshot (\"format\" is not \"" + kFormat + "\")");
   try {
-    if (const int version = whole.at("version"); version < kOldestVersion || version > kVersion) {
+    int version = 0;
+    Take(whole.at("version"), version);
+    if (version < kOldestVersion || version > kVersion) {
       throw UsageError(name + ": is a snapshot of version " + std::to_string(version) +
                        ", this program reads " + std::to_string(kOldestVersion) + " to " +
                        std::to_string(kVersion));

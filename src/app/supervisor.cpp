@@ -42,12 +42,15 @@ bool Supervisor::Hear(const Command& newest, bool fresh_enough) noexcept {
 std::optional<Supervisor::Decision> Supervisor::Decide(bool counts) noexcept {
   const bool fresh = std::exchange(fresh_, false);
   const bool trips = heard_.trips > std::exchange(trips_seen_, heard_.trips);
+  // However short: what a later frame of the same tick says takes nothing from it.
+  const bool disabled =
+      heard_.disablings > std::exchange(disablings_seen_, heard_.disablings) || !heard_.enabled;
   if (counts && !fresh) ++now_.silent_ticks;
   switch (now_.state) {
     case SafetyState::kWaiting:
       return WhileWaiting(fresh, trips);
     case SafetyState::kRunning:
-      return WhileRunning(trips);
+      return WhileRunning(trips, disabled);
     case SafetyState::kDegraded:
     case SafetyState::kTripped:
       return WhileStopped(trips);
@@ -62,10 +65,10 @@ std::optional<Supervisor::Decision> Supervisor::WhileWaiting(bool fresh, bool tr
   return std::nullopt;
 }
 
-std::optional<Supervisor::Decision> Supervisor::WhileRunning(bool trips) const noexcept {
+std::optional<Supervisor::Decision> Supervisor::WhileRunning(bool trips, bool disabled) const noexcept {
   if (trips) return Decision{SafetyState::kTripped, SafetyCause::kTrip};
   if (!now_.governed) return std::nullopt;
-  if (!heard_.enabled) return Decision{SafetyState::kDegraded, SafetyCause::kDisabled};
+  if (disabled) return Decision{SafetyState::kDegraded, SafetyCause::kDisabled};
   if (!IsSilent()) return std::nullopt;
   const bool some_came = heard_.counts.Rejected() > rejected_at_valid_;
   return Decision{SafetyState::kDegraded, some_came ? SafetyCause::kInvalidFrames : SafetyCause::kSilence};

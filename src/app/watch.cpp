@@ -49,7 +49,10 @@ void Watch::Run(const StopSignals& signals) {
   for (bool ended = false; !ended;) {
     ended = Wait(signals);
     ended = TakeSignals(signals) || ended;
-    if (emulator_.TakeNewest(now_)) LogWhatWentWrong();
+    emulator_.TakeNewest(now_);
+    LogWhatWentWrong();
+    LogFrames();
+    LogSilentGovernor();
     LogSafetyChanges();
     LogFaults();
     LogSaturation();
@@ -59,6 +62,7 @@ void Watch::Run(const StopSignals& signals) {
     snapshots_.WriteAllOrTell(emulator_);
     if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
   }
+  if (const std::string text = frames_.Rest(now_.status.frames); !text.empty()) spdlog::warn("{}", text);
   manager_.TellStopping();
   if (terminal_) std::cout << '\n';
 }
@@ -110,6 +114,27 @@ void Watch::LogWhatWentWrong() {
     timing_valid_ = false;
     spdlog::warn("late ticks before tick {}: the run is INVALID", now_.sample.tick);
   }
+}
+
+void Watch::LogFrames() {
+  const std::string text = frames_.Look(now_.status.frames, rt::MonotonicNs());
+  if (!text.empty()) spdlog::warn("{}", text);
+}
+
+/// Once: on a bus that filters identifiers, a governor that sends another one is not even seen.
+void Watch::LogSilentGovernor() {
+  constexpr std::uint64_t kPatienceTicks = 50'000;
+  const FrameCounts& frames = now_.status.frames;
+  const bool silent = !now_.status.commanded && frames.Valid() + frames.Rejected() == 0;
+  if (told_silence_ || !silent || now_.sample.tick < kPatienceTicks) return;
+  told_silence_ = true;
+  const can::Message& message = emulator_.Frames().CommandMessage();
+  spdlog::info(
+      "no {} ({}) so far: does the governor send it with this identifier? candump shows what there is{}",
+      message.name, IdText(message.id, message.extended),
+      message.extended && !emulator_.Frames().IncomingMessages().front().pattern.pgn
+          ? "; J1939 of any source address: can.command.pgn = true"
+          : "");
 }
 
 void Watch::LogSafetyChanges() {

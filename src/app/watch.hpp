@@ -6,6 +6,7 @@
 
 #include "bus_watch.hpp"
 #include "control/server.hpp"
+#include "frame_log.hpp"
 #include "reload.hpp"
 #include "service_manager.hpp"
 #include "servohil/app/emulator.hpp"
@@ -36,6 +37,8 @@ class Watch {
   void TellThatItLives();
   void LogWhatWentWrong();
   void LogSafetyChanges();
+  void LogFrames();
+  void LogSilentGovernor();
   std::string OnLossText() const;
   void LogSaturation();
   void LogFaults();
@@ -51,6 +54,8 @@ class Watch {
   Reloader& reloader_;
   ServiceManager manager_;
   BusWatch& buses_;
+  FrameLog frames_;
+  bool told_silence_ = false;
   Telemetry now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;

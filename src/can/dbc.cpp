@@ -35,6 +35,13 @@ std::string Suggestion(const Items& items, std::string_view wrong) {
   return names.size() > kMostListed ? list + " ..." : list;
 }
 
+/// By its byte order mark, or each second byte of the first letters being 0.
+bool IsUtf16(const std::string& text) {
+  if (text.size() < 2) return false;
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  return byte(0) + byte(1) == 0xFF + 0xFE || byte(0) == 0 || byte(1) == 0;
+}
+
 [[noreturn]] void FailMissing(const Databases& databases, std::string_view message_name) {
   std::string names;
   std::vector<Message> all;
@@ -117,6 +124,8 @@ Database ReadDbc(const std::filesystem::path& file) {
   std::ostringstream text;
   if (stream.peek() != std::ifstream::traits_type::eof()) text << stream.rdbuf();
   if (stream.bad() || text.bad()) throw UsageError(file.string() + ": cannot be read: not a regular file?");
+  if (IsUtf16(text.str()))
+    throw UsageError(file.string() + ": is UTF-16, expected UTF-8 or Windows-1252: save it as one of these");
   return ParseDbc(text.str(), file.string());
 }
 

@@ -163,7 +163,8 @@ class Parser {
     signal.is_signed = in_.Advance().text == "-";
     in_.TakeMark("(", "before the factor");
     signal.factor = in_.TakeNumber("the factor");
-    if (signal.factor == 0.0) in_.Fail(line, "expected a factor, found 0 in signal '" + signal.name + "'");
+    if (signal.factor == 0.0)
+      in_.Fail(line, "the factor of signal '" + signal.name + "' is 0 (decimals have a point, no comma)");
     in_.TakeMark(",", "after the factor");
     signal.offset = in_.TakeNumber("the offset");
     in_.TakeMark(")", "after the offset");

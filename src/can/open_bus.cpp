@@ -15,7 +15,8 @@ std::optional<std::string> After(const std::string& prefix, const std::string& t
 }
 
 std::string Suggestion(const std::string& url) {
-  if (IsCanInterface(url)) return "; did you mean socketcan:" + url + "?";
+  const bool looks_so = url.rfind("can", 0) == 0 || url.rfind("vcan", 0) == 0;
+  if (IsCanInterface(url) || looks_so) return "; did you mean socketcan:" + url + "?";
   if (url == "pty" || url == "slcan") return "; did you mean slcan:pty?";
   if (url.rfind("/dev/", 0) == 0) return "; did you mean slcan:" + url + "?";
   return {};

@@ -117,6 +117,27 @@ TEST(CommandGuard, AWrongP1TakesNothingFromATripButATripThatIsNotIntactIsNone) {
   EXPECT_EQ(bench.Newest().good, 1U);
 }
 
+TEST(CommandGuard, NothingIsEnabledBeforeAFrameSaysSoAndEachThatDisablesIsCounted) {
+  Bench bench;
+  bench.Guard().AwaitEnable();
+  EXPECT_EQ(bench.Take(30.0), V::kValid);
+  EXPECT_EQ(bench.Newest().good, 0U);
+  const auto say = [&](bool enabled) {
+    Demand demand;
+    demand.enabled = enabled;
+    bench.Guard().TakeCondition(demand, {});
+  };
+  say(true);
+  EXPECT_EQ(bench.Take(30.0), V::kValid);
+  EXPECT_EQ(bench.Newest().good, 1U);
+  EXPECT_EQ(bench.Newest().disablings, 0U);
+  say(false);
+  say(true);
+  EXPECT_TRUE(bench.Newest().enabled);
+  EXPECT_EQ(bench.Newest().disablings, 1U);
+  EXPECT_EQ(bench.Newest().good_in_a_row, 0U) << "the count for recovery begins anew";
+}
+
 /// What waited in a queue during an outage is read in one go: the old ones are discarded, but are part of the
 /// sequence, so that the first fresh one is the next.
 TEST(CommandGuard, NothingThatWaitedDuringAnOutageIsReplayed) {

@@ -54,6 +54,11 @@ TEST(Configuration, SettingsWinInTheirOrder) {
   EXPECT_EQ(c.can.buses.size(), 2U);
 }
 
+TEST(Configuration, AMistakeIsOneLineWhateverTheValueHolds) {
+  EXPECT_EQ(ErrorOf({"a\n\x1B[2Jb=1"}),
+            "--set a  [2Jb=1: unknown key a  [2Jb; `servohil run --help-keys` lists all");
+}
+
 TEST(Configuration, MistakesNamePlaceKeyValueAndWhatIsRight) {
   EXPECT_EQ(ErrorOf({"servo.underlap_in=3"}),
             "--set servo.underlap_in=3: servo.underlap_in = 3: must be a number from -0.05 to 0.05 in");
@@ -82,6 +87,36 @@ TEST(Configuration, MistakesInAFileNameItsLine) {
   EXPECT_EQ(ErrorOf({}, file).rfind(file + ":2: ", 0), 0U) << ErrorOf({}, file);
   std::remove(file.c_str());
   EXPECT_EQ(ErrorOf({}, file).rfind(file, 0), 0U) << ErrorOf({}, file);
+}
+
+/// The line as it stands, and what would be right.
+TEST(Configuration, WhatIsNoTomlLeadsOn) {
+  const auto error = [](const std::string& text) -> std::string {
+    try {
+      ParseConfiguration(text, "x.toml", {});
+    } catch (const UsageError& mistake) {
+      return mistake.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(error("[can.command]\r\n  p1 = GOV.P1\r\n"),
+            "x.toml:2: p1 = GOV.P1: could not determine value type: a text stands in quotes");
+  EXPECT_EQ(error("[can.command]\npgn = True"),
+            "x.toml:2: pgn = True: expected 'true', saw 'T': true and false are written in small letters");
+  const std::vector<std::pair<std::string, std::string>> others = {
+      {"dbc = [\"C:\\Users\\me\\x.dbc\"]", ": a backslash begins an escape: write / or 'single quotes'"},
+      {"dbc = [\"C:\\dbc\\x.dbc\"]", ": a backslash begins an escape: write / or 'single quotes'"},
+      {"[can.publish]\n[can.publish]",
+       ": each table stands once; lists of tables have double brackets: [[can.publish]]"},
+      {"name = \"a\nb = 1", ": is a closing quote missing?"},
+      {"a = 1 # \xB0", ": save the file as UTF-8"}};
+  for (const auto& [text, end] : others) {
+    const std::string said = error(text);
+    EXPECT_EQ(said.substr(0, 7), "x.toml:") << said;
+    ASSERT_GE(said.size(), end.size()) << said;
+    EXPECT_EQ(said.substr(said.size() - end.size()), end) << said;
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+  }
 }
 
 TEST(Configuration, TheLoadTableIsChecked) {

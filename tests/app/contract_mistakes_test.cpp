@@ -130,13 +130,49 @@ TEST(ContractMistakes, CycleTimes) {
       "x.toml:8: TEXT: cycle_ms = 1: must be at least the wake period, loop.wake_ticks = 20 ticks of 0.1 ms");
 }
 
-TEST(ContractMistakes, IdentifiersThatMeet) {
+TEST(ContractMistakes, FilesThatCannotBeRead) {
+  const std::string utf16("\xFF\xFE\x42\x00\x4F\x00", 6);
+  EXPECT_EQ(testing::ContractFiles(kCommand + kQuiet, {utf16}).Error(),
+            "x.dbc: is UTF-16, expected UTF-8 or Windows-1252: save it as one of these");
+  const testing::ContractFiles files(kCommand + kQuiet, {kDbc});
+  Configuration configuration = files.Load();
+  configuration.can.dbc.front().insert(configuration.can.dbc.front().size() - 4, "x");
+  try {
+    const Contract contract(configuration);
+    ADD_FAILURE();
+  } catch (const UsageError& error) {
+    const std::string said = error.what();
+    EXPECT_NE(said.find("x.toml:4: can.dbc: "), std::string::npos) << said;
+    const std::string end = "xx.dbc: there is no such file; there is x.dbc";
+    EXPECT_EQ(said.substr(said.size() - end.size()), end);
+  }
+}
+
+TEST(ContractMistakes, WhatIsLeftOut) {
+  const std::string there = "; there are 3: GOV FB TEXT";
   EXPECT_EQ(
-      PublishError("message = \"GOV\"\ncycle_ms = 10\nsignals = { State = 1 }\n"),
-      "GOV (x.dbc:1) is named twice in the configuration: both received and published, or published twice");
+      testing::ContractFiles(kQuiet, {kDbc}).Error(),
+      "can.command.p1 is not set, and \"GOV_Command.P1_Demand\" in its place will not do: x.dbc: no message "
+      "'GOV_Command'" +
+          there);
+  EXPECT_EQ(testing::ContractFiles(kCommand, {kDbc}).Error(),
+            "no [[can.publish]]: x.dbc: no message 'SERVO_Position'" + there);
+}
+
+TEST(ContractMistakes, Protection) {
+  EXPECT_EQ(
+      PublishError("message = \"FB\"\ncycle_ms = 10\ne2e = \"crc8_j1850\"\ncounter = \"Lifd\"\n"),
+      "x.toml:8: counter = \"Lifd\": x.dbc:6: message 'FB' has no signal 'Lifd'; the nearest is 'Lift'");
+}
+
+TEST(ContractMistakes, IdentifiersThatMeet) {
+  EXPECT_EQ(PublishError("message = \"GOV\"\ncycle_ms = 10\nsignals = { State = 1 }\n"),
+            "x.toml:8: GOV (x.dbc:1) is named twice in the configuration: both received and published, or "
+            "published twice");
   EXPECT_EQ(
       PublishError("message = \"TEXT\"\ncycle_ms = 10\n[[can.publish]]\nmessage = \"TEXT\"\ncycle_ms = 20\n"),
-      "TEXT (x.dbc:11) is named twice in the configuration: both received and published, or published twice");
+      "x.toml:11: TEXT (x.dbc:11) is named twice in the configuration: both received and published, or "
+      "published twice");
   const std::string twin = "BO_ 1 OTHER: 8 X\n";
   EXPECT_EQ(testing::ContractFiles(kCommand + kQuiet, {kDbc, twin}).Error(),
             "x.toml:7: can.command.p1 = \"GOV.P1\": y.dbc:1: message 'OTHER' has the id of 'GOV' in x.dbc:1: "

@@ -110,7 +110,7 @@ TEST(Dbc, SaysWhereAndWhatItExpected) {
   EXPECT_EQ(ErrorOf(WithSignal("SG_ S : 0|8@1 (1,0) [0|0] \"\" A")),
             "x.dbc:8: expected '+' (unsigned) or '-' (signed), found '('");
   EXPECT_EQ(ErrorOf(WithSignal("SG_ S : 0|8@1+ (0,0) [0|0] \"\" A")),
-            "x.dbc:8: expected a factor, found 0 in signal 'S'");
+            "x.dbc:8: the factor of signal 'S' is 0 (decimals have a point, no comma)");
   EXPECT_EQ(ErrorOf(WithSignal("SG_ S : 0|8@1+ (1,0) [0|0] \"psi A")),
             "x.dbc:8: this string has no closing '\"'");
   EXPECT_EQ(ErrorOf(WithSignal("SG_ S : 0|8@1+ (1x,0) [0|0] \"psi\" A")),

@@ -14,11 +14,12 @@ namespace {
 
 TEST(OpenBus, SaysWhatItExpects) {
   const std::string expected = ": expected socketcan:IFACE, slcan:pty[:LINK] or slcan:/dev/DEVICE";
-  for (const std::string url :
-       {"", "can0", "socketcan:", "slcan:", "slcan:pty:", "slcan:ptyx", "slcan:ttyACM0"}) {
+  for (const std::string url : {"", "socketcan:", "slcan:", "slcan:pty:", "slcan:ptyx", "slcan:ttyACM0"}) {
     EXPECT_EQ(ErrorOf<UsageError>(url), "unknown bus '" + url + "'" + expected) << url;
   }
   EXPECT_EQ(ErrorOf<UsageError>("pty"), "unknown bus 'pty'" + expected + "; did you mean slcan:pty?");
+  EXPECT_EQ(ErrorOf<UsageError>("can0"), "unknown bus 'can0'" + expected + "; did you mean socketcan:can0?")
+      << "there or not";
   EXPECT_EQ(ErrorOf<UsageError>("/dev/ttyACM0"),
             "unknown bus '/dev/ttyACM0'" + expected + "; did you mean slcan:/dev/ttyACM0?");
 }

@@ -3,6 +3,7 @@
 Nothing here sleeps: every wait is for a line, a frame or the end of a process, and has a deadline.
 """
 
+import contextlib
 import logging
 import os
 import re
@@ -86,16 +87,21 @@ class Emulator:
     def signal(self, how):
         self._process.send_signal(how)
 
-    def pause(self, seconds):
-        """Stops it for at least this long; @return how long it certainly stood [s]"""
+    @contextlib.contextmanager
+    def stopped(self):
+        """It stands still inside the context."""
         self.signal(signal.SIGSTOP)
         while Path(f"/proc/{self.process_id}/stat").read_text().rpartition(")")[2].split()[0] != "T":
             pass
-        begin = time.monotonic()
-        let_time_pass(seconds)
-        stood = time.monotonic() - begin
+        yield
         self.signal(signal.SIGCONT)
-        return stood
+
+    def pause(self, seconds):
+        """Stops it for at least this long; @return how long it certainly stood [s]"""
+        with self.stopped():
+            begin = time.monotonic()
+            let_time_pass(seconds)
+            return time.monotonic() - begin
 
     def continue_after(self, seconds):
         """SIGCONT, later and from elsewhere."""
@@ -177,9 +183,11 @@ class Frame:
 class Client:
     """A governor on the bus."""
 
-    def __init__(self, url, dbc=DBC):
+    def __init__(self, url, dbc=DBC, fd=False):
+        """@param fd  with CAN FD, which a serial adapter does not have"""
         interface, _, channel = url.partition(":")
         self._more = {"sleep_after_open": 0.0, "bitrate": 500000} if interface == "slcan" else {}
+        self._more |= {"fd": True} if fd else {}
         self._where = {"interface": interface, "channel": channel}
         database = load_dbc(dbc)
         self.messages = {m.name: m for m in database.frames}

@@ -183,8 +183,8 @@ def test_set_takes_what_toml_takes_and_bare_text(tmp_path):
 def test_missing_files(tmp_path, configuration):
     gone = tmp_path / "gone.toml"
     says(mistake(*STEADY, "-c", gone), str(gone))
-    says(mistake(*STEADY, "--set", "load.file=/gone/load.csv"), "/gone/load.csv", "cannot be read")
-    says(mistake(*RUN, "--set", "can.dbc=/gone/bus.dbc"), "/gone/bus.dbc", "cannot be read")
+    says(mistake(*STEADY, "--set", "load.file=/gone/load.csv"), "load.file = /gone/load.csv", "there is no such file")
+    says(mistake(*RUN, "--set", "can.dbc=/gone/bus.dbc"), "can.dbc: /gone/bus.dbc", "there is no such file")
     file, _ = configuration('file = "load_curve.csv"', 'file = "sub/load.csv"')
     says(mistake(*STEADY, "-c", file), str(tmp_path / "sub" / "load.csv"))  # relative to the configuration
 

@@ -243,3 +243,41 @@ def test_what_will_be_received_and_sent_is_shown():
                  r"    SerialNumber .* always 240117",
                  r"load +\d+\.\d % of 250000 bit/s at worst-case stuffing"):
         assert re.search(f"^{line}$", text, re.M), f"{line}\n{text}"
+
+
+def test_what_will_be_received_and_sent_for_pipelines():
+    contract = json.loads(run("dbc", "-c", CONFIGURATION, "--json").stdout)
+    demand, mode = contract["received"]
+    assert (demand["message"], demand["id"], demand["extended"], demand["pgn"]) == ("TGC_ValveCommand", 0x0CFF2121, True, 65313)
+    p1, enable = demand["signals"]
+    assert (p1["carries"], p1["unit"], p1["to_psi"]["factor"]) == ("p1_psi", "bar", pytest.approx(PSI_PER_BAR))
+    assert (enable["carries"], enable["raw"]) == ("enable", 1)
+    assert [(s["carries"], s["raw"]) for s in mode["signals"]] == [("trip", 4)]
+    assert [(m["message"], m["cycle_ms"], m["on_change"]) for m in contract["sent"]] == [
+        ("VDU_Feedback", 10, False), ("VDU_OilPressure", 20, False), ("VDU_Diagnosis", 50, False)]
+    carried = {s["signal"]: (s["carries"], s.get("multiplexer")) for s in contract["sent"][2]["signals"]}
+    assert carried == {"RelayPiston": ("x1_in", 0), "Plunger": ("x2_in", 0), "CommandAge": ("command_age_ms", 1),
+                       "ActiveFaults": ("active_faults", 1)}
+    shown = run("dbc", "-c", CONFIGURATION).stdout
+    assert f"{100 * contract['load']['share']:.1f} % of {contract['load']['bit_rate_bit_s']} bit/s" in shown
+
+
+def test_the_log_is_decoded_for_pipelines(recorded):
+    """Signal by signal as canmatrix has it."""
+    directory, _ = recorded
+    lines = [json.loads(line) for line in
+             run("dbc", "-c", CONFIGURATION, "--decode", directory / "bus.log", "--json").stdout.splitlines()]
+    files = [canmatrix.formats.loadp_flat(str(FOREIGN / name)) for name in ("governor.dbc", "valve_drive.dbc")]
+    messages = {m.name: m for file in files for m in file.frames}
+    with can.CanutilsLogReader(str(directory / "bus.log")) as log:
+        frames = list(log)
+    assert len(frames) == len(lines) > 100
+    for line, frame in zip(lines, frames):
+        assert line["time_s"] == pytest.approx(frame.timestamp, abs=1e-6) and line["id"] == frame.arbitration_id
+        expected = {n: float(s.phys_value) for n, s in messages[line["message"]].decode(frame.data).items()}
+        assert line["signals"] == pytest.approx(expected, rel=1e-6), line
+        if line["message"] == "TGC_ValveCommand":
+            assert line["p1_psi"] == pytest.approx(expected["OilPressureDemand"] * PSI_PER_BAR) and line["enabled"]
+        if line["message"] == "VDU_Feedback":
+            assert line["quantities"]["Lift"] == {"quantity": "x3_in",
+                                                  "value": pytest.approx(expected["Lift"] * STROKE_IN / 100)}

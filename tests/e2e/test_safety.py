@@ -6,11 +6,14 @@ import re
 import can
 import pytest
 from control_socket import Control
-from emulator import DEGRADED, REPOSITORY, RUNNING, WAITING, settings
+from emulator import DEGRADED, REPOSITORY, RUNNING, WAITING, let_time_pass, settings
+from recordings import Recording
+from thread_pause import paused
 
 SYNC_ID = 0x80
 TICKS = 100  # per sync frame: the governor's cycle of 10 ms
 REST_P1_PSI = 30.263
+TRAP_P1_PSI = 99.0  # of frames that must not be followed
 PROTECTED = ("--clock", "lockstep",
              *settings(lockstep__sync_id=SYNC_ID, lockstep__ticks=TICKS, safety__timeout_ms=-1,
                        can__command__e2e="crc8_j1850", can__command__counter="Counter",
@@ -186,3 +189,41 @@ def test_faults_of_the_protection_are_seen(start, connect, tmp_path):
         assert all(d[0] == p11_checksum(d) ^ 0xFF for d in wrong)
         right = next(answers)
         assert right[0] == p11_checksum(right) and right[1] & 0xF == 7
+
+
+@pytest.mark.only("socketcan")
+@pytest.mark.parametrize("what", ["its receiver", "all of it"])
+def test_what_came_during_an_outage_is_not_replayed(start, connect, tmp_path, what):
+    """In real time, with the kernel's receive stamps: 20 frames wait in the socket for 20 ms and longer, one is fresh."""
+    emulator = start("--rt", "off", "--record", tmp_path / "run", "--control", tmp_path / "sock",
+                     *settings(safety__max_age_ms=20, can__command__e2e="crc8_j1850", can__command__counter="Counter",
+                               can__command__checksum="Checksum"))
+    client = connect(emulator)
+    governor = Governor(client)
+    client.send(governor.frame(31.0))
+    client.newest("SERVO_Status", lambda f: f["Mode"] == RUNNING)
+    with paused(emulator.process_id, "can_rx") if what == "its receiver" else emulator.stopped():
+        for governor.count in range(1, 21):
+            client.send(governor.frame(TRAP_P1_PSI))
+        let_time_pass(0.1)
+        governor.count += 1
+        client.send(governor.frame(32.0))
+    client.newest("SERVO_Pressures", lambda f: f["P1_Applied"] > 31.9)
+    with Control(tmp_path / "sock") as control:
+        frames = control.ask("status")["safety"]["frames"]
+    assert {name: count for name, count in frames.items() if count} == {"commands": 2, "stale": 20}
+    result = emulator.stop(may_be_late=True)
+    assert "command frames refused: 20 stale" in result.log
+    applied = Recording(tmp_path / "run").samples["p1_psi"]
+    assert applied[-1] == pytest.approx(32.0, abs=0.001) and max(applied) == applied[-1], "none of them was followed"
+
+
+@pytest.mark.only("socketcan")
+def test_a_governor_that_is_not_there_is_told_once(start, connect):
+    """With another identifier, which the kernel's filter holds back. Virtual time: five seconds cost nothing."""
+    emulator = start("--rt", "off")
+    client = connect(emulator)
+    while client.newest("SERVO_Position")["Tick"] < 60000:
+        client.send(can.Message(arbitration_id=0x99, is_extended_id=False, data=bytes(4)))
+    log = emulator.stop().log
+    assert log.count("no GOV_Command (0x100) so far: does the governor send it with this identifier?") == 1

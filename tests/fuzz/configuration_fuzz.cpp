@@ -1,12 +1,40 @@
-// Any bytes as a configuration file: read, or refused with one line.
+// Any bytes as a configuration file, and behind a zero byte as a --set: read, or refused with one line for
+// each mistake; what is read is bound to the messages and signals of the DBC files that we have.
 
+#include "contract_binding.hpp"
 #include "fuzz.hpp"
 #include "servohil/app/configuration.hpp"
 
-int FuzzOne(std::string_view text) {
-  if (text.find("/") != std::string_view::npos)
-    return -1;  // no other file of this machine, such as /dev/zero
-  RequireReadableErrors(
-      [&] { servohil::app::ParseConfiguration(text, SERVOHIL_CONFIG_DIR "/fuzz.toml", {}); });
+namespace {
+
+namespace app = servohil::app;
+
+constexpr const char* kFile = SERVOHIL_CONFIG_DIR "/fuzz.toml";
+
+/// Whatever can.dbc names: files are not what is tested here.
+const servohil::can::Databases& AllMessages() {
+  static const auto all = servohil::can::ReadDbcs({SERVOHIL_CONFIG_DIR "/servohil.dbc",
+                                                   SERVOHIL_CONFIG_DIR "/examples/foreign/governor.dbc",
+                                                   SERVOHIL_CONFIG_DIR "/examples/foreign/valve_drive.dbc"});
+  return all;
+}
+
+void Bind(const app::Configuration& configuration) {
+  const auto incoming = app::BindCommand(AllMessages(), configuration);
+  const auto outgoing = app::BindPublished(AllMessages(), configuration);
+  Require(!incoming.empty() && incoming.front().p1 != nullptr, "there is a P1");
+  for (const app::PublishedMessage& message : outgoing)
+    Require(!message.pages.empty() && message.cycle_ms > 0, "a message has a content and a cycle time");
+  app::CheckIdentifiers(incoming, outgoing);
+}
+
+}  // namespace
+
+int FuzzOne(std::string_view bytes) {
+  const std::size_t zero = bytes.find('\0');
+  const std::string_view text = bytes.substr(0, zero);
+  std::vector<std::string> settings;
+  if (zero != std::string_view::npos) settings.emplace_back(bytes.substr(zero + 1));
+  RequireReadableErrors([&] { Bind(app::ParseConfiguration(text, kFile, settings)); });
   return 0;
 }

@@ -1,59 +1,148 @@
-// Any frame from the bus: a command within its range, or refused with a reason.
+// Any frames from the bus, one after the other: a command within its range, or refused with a reason; error
+// frames are told in one line.
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "fuzz.hpp"
+#include "servohil/app/command_guard.hpp"
 #include "servohil/app/contract.hpp"
+#include "servohil/can/error_frame.hpp"
 
 namespace {
 
-using servohil::app::Contract;
+namespace app = servohil::app;
+namespace can = servohil::can;
 
-/// Identifier (4 bytes), flags, size, data: as much of it as there is.
-servohil::can::Frame FrameOf(std::string_view bytes, const Contract& contract) {
-  constexpr std::size_t kHead = 6;
-  std::array<std::uint8_t, kHead> head{};
-  std::copy_n(bytes.begin(), std::min(bytes.size(), kHead), head.begin());
-  bytes.remove_prefix(std::min(bytes.size(), kHead));
-  const auto incoming = contract.IncomingMessages();
-  const servohil::can::Message& known = *incoming[head[3] % incoming.size()].message;
-  const bool is_known = (head[4] & 16U) != 0;
-  servohil::can::Frame frame;
-  frame.extended = is_known ? known.extended : (head[4] & 1U) != 0;
-  frame.remote = (head[4] & 2U) != 0;
-  frame.fd = (head[4] & 4U) != 0;
-  frame.bit_rate_switch = (head[4] & 8U) != 0;
-  std::uint32_t id = 0;
-  for (std::size_t i = 0; i < 4; ++i) id = id << 8U | head[i];
-  frame.id = is_known ? known.id : id & (frame.extended ? 0x1FFF'FFFFU : 0x7FFU);
-  frame.size = static_cast<std::uint8_t>(head[5] % (frame.fd ? 65 : 9));
-  std::copy_n(bytes.begin(), std::min<std::size_t>(bytes.size(), frame.size), frame.data.begin());
+/// A configuration with its messages, and who guards its command.
+struct Side {
+  app::Configuration configuration;
+  app::Contract contract;
+
+  Side(const char* file, const std::vector<std::string>& settings)
+      : configuration(app::LoadConfiguration(std::string(SERVOHIL_CONFIG_DIR) + file, settings)),
+        contract(configuration) {}
+
+  app::CommandGuard Guard() const {
+    const app::ReceivedMessage& command = contract.IncomingMessages().front();
+    app::CommandGuard guard(configuration.safety, command.cycle_ms);
+    if (command.protection)
+      guard.Check(*command.protection, static_cast<unsigned>(configuration.can.command.max_counter_jump));
+    return guard;
+  }
+};
+
+Side Protected(const std::string& profile, std::vector<std::string> settings) {
+  settings.insert(settings.end(), {"can.command.e2e=" + profile, "can.command.counter=Counter",
+                                   "can.command.max_counter_jump=2", "safety.p1_rate_psi_s=1000"});
+  if (profile != "counter") settings.emplace_back("can.command.checksum=Checksum");
+  return {"/servohil.toml", settings};
+}
+
+const std::vector<Side>& Sides() {
+  static const std::vector<Side> sides = [] {
+    std::vector<Side> all;
+    constexpr const char* kForeign = "/examples/foreign/servohil.toml";
+    all.emplace_back("/servohil.toml", std::vector<std::string>{});
+    all.emplace_back(kForeign, std::vector<std::string>{});
+    all.emplace_back(kForeign, std::vector<std::string>{"can.command.e2e=j1939_counter_checksum"});
+    all.push_back(Protected("counter", {}));
+    all.push_back(Protected("crc8_j1850", {}));
+    all.push_back(Protected("autosar_p1", {"can.command.data_id=291"}));
+    all.push_back(Protected("autosar_p11", {"can.command.data_id=291"}));
+    return all;
+  }();
+  return sides;
+}
+
+/// Takes bytes off the input's front; zeros at its end.
+class Source {
+ public:
+  explicit Source(std::string_view bytes) : bytes_(bytes) {}
+  bool AtEnd() const { return bytes_.empty(); }
+  std::uint8_t Byte() {
+    if (bytes_.empty()) return 0;
+    const auto byte = static_cast<std::uint8_t>(bytes_.front());
+    bytes_.remove_prefix(1);
+    return byte;
+  }
+
+ private:
+  std::string_view bytes_;
+};
+
+/// Flags, identifier or the number of a message that is known, size, data.
+can::Frame FrameFrom(Source& source, const app::Contract& contract) {
+  const std::uint8_t flags = source.Byte();
+  const auto has = [&](unsigned bit) { return (flags & (1U << bit)) != 0; };
+  can::Frame frame;
+  frame.extended = has(0);
+  frame.remote = has(1);
+  frame.fd = has(2);
+  frame.bit_rate_switch = has(3);
+  frame.error = has(5);
+  if (has(4)) {
+    const auto incoming = contract.IncomingMessages();
+    const can::Message& known = *incoming[source.Byte() % incoming.size()].message;
+    frame.id = known.id;
+    frame.extended = known.extended;
+  } else {
+    for (int i = 0; i < 4; ++i) frame.id = frame.id << 8U | source.Byte();
+    frame.id &= frame.extended || frame.error ? 0x1FFF'FFFFU : 0x7FFU;
+  }
+  frame.size = static_cast<std::uint8_t>(source.Byte() % (frame.fd ? 65 : 9));
+  std::generate_n(frame.data.begin(), frame.size, [&] { return source.Byte(); });
+  if (const auto& protection = contract.IncomingMessages().front().protection;
+      has(6) && protection && frame.size >= protection->size_bytes)
+    can::Protect(*protection, frame.id, source.Byte() % protection->modulus, frame.data);
   return frame;
 }
 
-void Use(const Contract& contract, std::string_view bytes) {
-  const servohil::can::Frame frame = FrameOf(bytes, contract);
-  servohil::app::CommandRejection rejection{};
-  const auto demand = contract.Decode(frame, rejection);
-  if (!demand) return;
-  Require(!frame.remote, "a remote frame says nothing");
-  if (!demand->p1_psi) return;
-  const servohil::app::ReceivedMessage& command = contract.IncomingMessages().front();
-  const servohil::can::Signal& p1 = *command.p1;
-  Require(std::isfinite(*demand->p1_psi), "P1 is a number");
-  Require(!(p1.minimum < p1.maximum) || (*demand->p1_psi >= command.p1_to_psi(p1.minimum) &&
-                                         *demand->p1_psi <= command.p1_to_psi(p1.maximum)),
+void RequireInRange(const app::Contract& contract, const can::Frame& frame, const app::Demand& demand) {
+  Require(!frame.remote && !frame.error, "remote and error frames demand nothing");
+  if (!demand.p1_psi) return;
+  const app::ReceivedMessage& command = contract.IncomingMessages().front();
+  const can::Signal& p1 = *command.p1;
+  Require(std::isfinite(*demand.p1_psi), "P1 is a number");
+  Require(!(p1.minimum < p1.maximum) || (*demand.p1_psi >= command.p1_to_psi(p1.minimum) &&
+                                         *demand.p1_psi <= command.p1_to_psi(p1.maximum)),
           "P1 is within the range that the DBC states");
+}
+
+void RequireValid(const Side& side, const can::Frame& frame, const app::Command& newest) {
+  const auto& protection = side.contract.IncomingMessages().front().protection;
+  const std::span<const std::uint8_t> data(frame.data.data(), frame.size);
+  Require(!protection || can::IsIntact(*protection, frame.id, data), "a valid frame is intact");
+  Require(newest.p1_psi >= side.configuration.safety.p1_minimum_psi &&
+              newest.p1_psi <= side.configuration.safety.p1_maximum_psi,
+          "P1 is within the range that the configuration states");
+}
+
+void TellError(const can::Frame& frame, can::ErrorTotals& errors) {
+  errors.Take(frame);
+  Require(errors.DescribeLast().find('\n') == std::string::npos, "an error frame is told in one line");
 }
 
 }  // namespace
 
 int FuzzOne(std::string_view bytes) {
-  using servohil::app::LoadConfiguration;
-  static const Contract own(LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {}));
-  static const Contract foreign(LoadConfiguration(SERVOHIL_CONFIG_DIR "/examples/foreign/servohil.toml", {}));
-  Use(own, bytes);
-  Use(foreign, bytes);
+  Source source(bytes);
+  const Side& side = Sides()[source.Byte() % Sides().size()];
+  app::CommandGuard guard = side.Guard();
+  can::ErrorTotals errors;
+  for (std::int64_t time_ns = 0; !source.AtEnd();) {
+    const std::int64_t age_ns = std::int64_t{source.Byte()} * 100'000;
+    time_ns += age_ns;
+    const can::Frame frame = FrameFrom(source, side.contract);
+    if (frame.error) TellError(frame, errors);
+    app::CommandRejection why{};
+    const auto demand = side.contract.Decode(frame, why);
+    if (demand) RequireInRange(side.contract, frame, *demand);
+    if (!side.contract.IsCommand(frame)) continue;
+    const auto verdict = guard.Judge(frame, demand, why, {time_ns, age_ns, time_ns});
+    if (verdict == app::FrameVerdict::kValid) RequireValid(side, frame, guard.Newest());
+  }
   return 0;
 }

@@ -11,6 +11,16 @@ namespace {
 namespace control = servohil::app::control;
 using servohil::app::Request;
 
+/// Armed, on a bus with protected messages.
+const control::Permissions& Everything() {
+  static const auto configuration =
+      servohil::app::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {});
+  static const servohil::app::Contract contract(configuration);
+  static const control::Permissions permissions{
+      {{&configuration.model, true, true, true, true}, &contract, contract.Wanted()}, true, {}};
+  return permissions;
+}
+
 void RequireSound(const Request& request) {
   if (request.kind == Request::Kind::kCommand)
     Require(request.p1_psi >= 0.0 && request.p1_psi <= 300.0, "P1 is within its range");
@@ -22,17 +32,29 @@ void RequireOneLineOfJson(const std::string& line) {
   Require(nlohmann::json::parse(line, nullptr, false).is_object(), "an answer is a JSON object");
 }
 
+/// What else is said of it: the list of faults, and samples.
+void Tell(const control::RequestLine& understood) {
+  if (const Request* request = std::get_if<Request>(&understood.asks);
+      request != nullptr && request->kind == Request::Kind::kInject) {
+    servohil::fault::Schedule faults;
+    faults.Inject(request->injection);
+    RequireOneLineOfJson(
+        control::AnswerLine(understood.id, control::FaultsToJson(faults, 1, Everything().faults)));
+  }
+  if (const auto* subscription = std::get_if<control::Subscription>(&understood.asks))
+    RequireOneLineOfJson(control::SampleLine(understood.id, *subscription, {}, 0));
+}
+
 }  // namespace
 
 int FuzzOne(std::string_view line) {
   constexpr std::size_t kLongestLine = 4'096;
   if (line.size() > kLongestLine || line.find('\n') != std::string_view::npos) return -1;
-  static const servohil::model::Parameters unfaulted;
-  static const control::Permissions permissions{{{&unfaulted}, nullptr}, true, {}};
-  const control::RequestLine understood = control::Understand(line, permissions);
+  const control::RequestLine understood = control::Understand(line, Everything());
   if (const Request* request = std::get_if<Request>(&understood.asks)) RequireSound(*request);
   const nlohmann::json* answer = std::get_if<nlohmann::json>(&understood.asks);
   RequireOneLineOfJson(
       control::AnswerLine(understood.id, answer != nullptr ? *answer : control::Rejected("")));
+  Tell(understood);
   return 0;
 }

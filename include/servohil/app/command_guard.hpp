@@ -29,6 +29,9 @@ class CommandGuard {
   /// Frames are checked end to end from now on. @param max_jump  largest step of the counter that is valid
   void Check(const can::E2eLayout& layout, unsigned max_jump) noexcept { checker_.emplace(layout, max_jump); }
 
+  /// There is an enable signal: nothing is enabled until a frame says so.
+  void AwaitEnable() noexcept { newest_.enabled = false; }
+
   /// The next frame of the command's message. @param demand  what it says; `why` where its P1 does not count
   FrameVerdict Judge(const can::Frame& frame, const std::optional<Demand>& demand, CommandRejection why,
                      const FrameTime& time) noexcept;

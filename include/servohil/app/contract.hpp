@@ -52,7 +52,8 @@ struct ReceivedMessage {
   const can::Database* database = nullptr;
   const can::Message* message = nullptr;
   can::IdPattern pattern;
-  int cycle_ms = 0;  ///< expected
+  int cycle_ms = 0;   ///< expected
+  std::string place;  ///< where the configuration names it
   const can::Signal* p1 = nullptr;
   Linear p1_to_psi;
   std::optional<Condition> enable;
@@ -85,6 +86,7 @@ struct PublishedMessage {
   bool on_change = false;
   std::vector<Page> pages;  ///< sent in turn, one each cycle
   std::optional<can::E2eLayout> protection;
+  std::string place;  ///< where the configuration names it; empty: nowhere
 };
 
 /// Some of a message's fields, by number.
@@ -106,6 +108,10 @@ class Contract {
   bool IsCommand(const can::Frame& frame) const noexcept {
     return !frame.error && incoming_.front().pattern.Matches(frame.id, frame.extended);
   }
+  /// What the frame is to be read as; null: none of the governor's messages. Real-time safe.
+  const ReceivedMessage* FindIncoming(const can::Frame& frame) const noexcept;
+  /// Whether the governor has an enable signal.
+  bool HasEnable() const noexcept;
   /// The DBC files.
   const can::Databases& Databases() const noexcept { return databases_; }
   /// Identifiers to receive.

@@ -77,7 +77,7 @@ class Supervisor {
 
  private:
   std::optional<Decision> WhileWaiting(bool fresh, bool trips) const noexcept;
-  std::optional<Decision> WhileRunning(bool trips) const noexcept;
+  std::optional<Decision> WhileRunning(bool trips, bool disabled) const noexcept;
   std::optional<Decision> WhileStopped(bool trips) noexcept;
   bool IsSilent() const noexcept;
 
@@ -87,6 +87,7 @@ class Supervisor {
   Command heard_;
   bool fresh_ = false;  ///< a valid frame since the tick before
   std::uint64_t trips_seen_ = 0;
+  std::uint64_t disablings_seen_ = 0;
   std::uint64_t rejected_at_valid_ = 0;  ///< when the newest valid one came
   std::uint64_t good_at_begin_ = 0;      ///< of the count for recovery
 };

@@ -23,6 +23,7 @@ struct Command {
   std::uint64_t good = 0;  ///< valid, enabled, without trip, so far
   std::uint64_t good_in_a_row = 0;  ///< since the last that was not
   std::uint64_t trips = 0;          ///< valid with trip, so far
+  std::uint64_t disablings = 0;     ///< valid and not enabled, so far
 };
 
 /// State machine of a run, signal Mode of SERVO_Status.
@@ -35,6 +36,8 @@ enum class Mode : std::uint8_t {
   kDegraded = 5,    ///< the command is lost or not enabled: safety.on_loss
   kTripped = 6,     ///< P1 is drained at once
 };
+/// As in the statistics and the DBC: "WAITING".
+const char* NameOf(Mode mode);
 
 /// Late: began a wake period or more after its deadline. None outside real time.
 struct LateTicks {

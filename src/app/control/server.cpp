@@ -106,8 +106,8 @@ void Server::AddTo(std::vector<pollfd>& descriptors) const {
   }
 }
 
-void Server::Serve(const Telemetry& now, const std::vector<BusReport>& buses) {
-  now_ = now;
+void Server::Serve(Telemetry& now, const std::vector<BusReport>& buses) {
+  now_ = &now;
   buses_ = buses;
   ServeClients();
   AcceptWhoCame();
@@ -198,7 +198,7 @@ int Server::LookAgainMs() const noexcept {
 }
 
 void Server::Subscribe(Client& client, std::string id, Subscription subscription) {
-  Reply(client, id, {{"result", "OK"}, {"tick", now_.sample.tick}});
+  Reply(client, id, {{"result", "OK"}, {"tick", now_->sample.tick}});
   client.subscription = std::move(subscription);
   client.subscription_id = std::move(id);
   client.sampled_tick = 0;
@@ -234,10 +234,11 @@ void Server::PassOn(const Telemetry& sample, Client& client) {
 }
 
 Json Server::AnswerTo(Question question) {
+  emulator_.TakeNewest(*now_);
   emulator_.TakeFaults(faults_);
   switch (question) {
     case Question::kStatus: {
-      Json status = StatusToJson(now_);
+      Json status = StatusToJson(*now_);
       status["stroke_in"] = permissions_.faults.surroundings.unfaulted->servo.stroke_in;
       status["buses"] = BusesToJson(buses_);
       status["saturated"] = SaturatedToJson(emulator_);
@@ -248,7 +249,7 @@ Json Server::AnswerTo(Question question) {
       return answer;
     }
     case Question::kFaults:
-      return FaultsToJson(faults_, now_.sample.tick, permissions_.faults);
+      return FaultsToJson(faults_, now_->sample.tick, permissions_.faults);
     default:
       return CatalogueToJson(permissions_.faults.surroundings);
   }

@@ -41,8 +41,9 @@ class Server {
   void AnswerStatisticsBy(std::function<nlohmann::json()> ask) { statistics_ = std::move(ask); }
   /// From now on.
   void Permit(Permissions permissions) { permissions_ = std::move(permissions); }
-  /// Takes and answers what there is. Never blocks. @param now, buses  the newest state
-  void Serve(const Telemetry& now, const std::vector<BusReport>& buses);
+  /// Takes and answers what there is. Never blocks. @param now  the newest state, made newer where somebody
+  /// asks: an answer is never older than its question @param buses  of the buses
+  void Serve(Telemetry& now, const std::vector<BusReport>& buses);
 
  private:
   struct Client {
@@ -89,7 +90,7 @@ class Server {
   std::deque<Asked> asked_;
   std::uint64_t next_request_ = 1;
   std::uint64_t next_client_ = 1;
-  Telemetry now_;
+  Telemetry* now_ = nullptr;  ///< while it serves
   std::vector<BusReport> buses_;
   fault::Schedule faults_;
   std::function<nlohmann::json()> statistics_ = [] { return nlohmann::json::object(); };

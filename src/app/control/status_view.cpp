@@ -52,6 +52,34 @@ std::string Gauge(const Json& status, const char* label, const char* name, const
   return Line(Formatted("%-4s %10.4g %-5s ", label, value, unit) + Bar(value, full) + Formatted(" %g", full));
 }
 
+/// A list with commas, on as many lines as it needs.
+std::string Wrapped(const std::string& name, const std::vector<std::string>& parts) {
+  std::string text;
+  std::string line = Formatted("%-10s", name.c_str());
+  for (const std::string& part : parts) {
+    if (line.size() + part.size() + 2 > kWidth) {
+      text += Line(line);
+      line = std::string(10, ' ');
+    }
+    line += " " + part + (part == parts.back() ? "" : ",");
+  }
+  return text + Line(line);
+}
+
+/// The command's supervision, and what of its frames was refused.
+std::string Safety(const Json& safety) {
+  if (safety.empty()) return {};
+  std::string text =
+      Line(Formatted("safety     %s (%s), %.0f times lost, %.0f trips", safety.value("state", "").c_str(),
+                     safety.value("cause", "").c_str(), Number(safety, "losses"), Number(safety, "trips")));
+  const Json frames = safety.value("frames", Json::object());
+  std::vector<std::string> parts = {Formatted("%.0f valid", Number(frames, "commands"))};
+  for (const auto& [name, count] : frames.items()) {
+    if (name != "commands" && count != 0) parts.push_back(Text(count) + " " + name);
+  }
+  return text + Wrapped("frames", parts);
+}
+
 std::string Warnings(const Json& status) {
   std::vector<std::string> warnings;
   if (!Flag(status, "timing_valid", true)) {
@@ -127,6 +155,7 @@ std::string Rest(const Json& status) {
                                                "worst_lateness_ms",
                                                "active_faults",
                                                "buses",
+                                               "safety",
                                                "command_age_s"};
   std::string text;
   for (const auto& [name, value] : status.items()) {
@@ -152,7 +181,8 @@ std::string StatusView(const Json& status, const Json& faults) {
   text += Line(Formatted("P2   %10.4g psi", supply_psi));
   text += mode == "WAITING" ? "command    none yet\n"
                             : Line(Formatted("command    %.4g s old", Number(status, "command_age_s")));
-  return text + Buses(status) + Rest(status) + Faults(faults) + Warnings(status);
+  return text + Safety(status.value("safety", Json::object())) + Buses(status) + Rest(status) +
+         Faults(faults) + Warnings(status);
 }
 
 }  // namespace servohil::app::control

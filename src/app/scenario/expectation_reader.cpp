@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "../formatted.hpp"
-#include "../run_report.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/nearest_name.hpp"
 

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 
 #include "../formatted.hpp"
+#include "../toml_error.hpp"
 #include "../toml_text.hpp"
 #include "entry.hpp"
 #include "expectation_reader.hpp"
@@ -85,12 +88,12 @@ ScenarioFile::ScenarioFile(const std::filesystem::path& file) : contents_(std::m
     throw UsageError(file.string() + ": there is no such scenario file");
   contents_->file = file;
   contents_->name = file.string();
+  std::ifstream in(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
   try {
-    contents_->table = toml::parse_file(file.string());
+    contents_->table = toml::parse(text, file.string());
   } catch (const toml::parse_error& error) {
-    const auto line = error.source().begin.line;
-    throw UsageError(file.string() + (line != 0 ? ":" + std::to_string(line) : "") + ": " +
-                     std::string(error.description()));
+    throw UsageError(DescribeTomlError(error, text, file.string()));
   }
 }
 

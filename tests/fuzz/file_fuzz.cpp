@@ -1,0 +1,63 @@
+// Any bytes as a file that a user hands over: read, or refused with one line. The first byte says what it is.
+
+#include <array>
+#include <cmath>
+
+#include "candump.hpp"
+#include "fuzz.hpp"
+#include "memory_file.hpp"
+#include "p1_script.hpp"
+#include "servohil/app/load_file.hpp"
+#include "snapshot_file.hpp"
+
+namespace {
+
+namespace app = servohil::app;
+
+void ReadCandump(const std::string& file) {
+  constexpr int kLargest = 64;
+  for (const auto& frame : app::ReadCandump(file)) {
+    Require(frame.receive_time_ns >= 0, "no frame is older than the epoch");
+    Require(frame.id <= (frame.extended ? 0x1FFF'FFFFU : 0x7FFU), "an identifier fits its format");
+    Require(frame.size <= (frame.fd ? kLargest : 8), "a frame has its size");
+  }
+}
+
+void ReadP1Script(const std::string& file) {
+  std::uint64_t last = 0;
+  for (const app::Influence& influence : app::ReadP1Script(file)) {
+    Require(influence.tick >= last && influence.tick > 0, "P1 changes in the order of time");
+    Require(std::isfinite(influence.request.p1_psi), "P1 is a number");
+    last = influence.tick;
+  }
+}
+
+void ReadLoadCurve(const std::string& file) {
+  Require(app::ReadLoadCurve(file).size() >= 2, "a curve has two points");
+}
+
+void ReadSnapshot(const std::string& file) {
+  app::ReadSnapshot(file);
+}
+
+/// The state alone, which no checksum guards; what is read comes back as it went.
+void ParseState(std::string_view text) {
+  const app::Snapshot snapshot = app::ParseSnapshotText(std::string(text), "fuzz");
+  const std::string again = app::SnapshotText(snapshot);
+  Require(app::SnapshotText(app::ParseSnapshotText(again, "fuzz")) == again, "a state comes back as it went");
+}
+
+}  // namespace
+
+int FuzzOne(std::string_view bytes) {
+  static const MemoryFile file;
+  constexpr std::array kReaders = {ReadCandump, ReadP1Script, ReadLoadCurve, ReadSnapshot};
+  if (bytes.empty()) return -1;
+  const std::size_t kind = static_cast<unsigned char>(bytes.front()) % (kReaders.size() + 1);
+  bytes.remove_prefix(1);
+  RequireReadableErrors([&] {
+    if (kind == kReaders.size()) return ParseState(bytes);
+    kReaders[kind](file.With(bytes));
+  });
+  return 0;
+}

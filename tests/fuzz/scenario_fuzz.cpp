@@ -1,0 +1,43 @@
+// Any bytes as a scenario: read, or refused with one line; the keys that it sets are read as a configuration.
+
+#include "control/requests.hpp"
+#include "fuzz.hpp"
+#include "memory_file.hpp"
+#include "scenario/reader.hpp"
+#include "servohil/app/configuration.hpp"
+
+namespace {
+
+namespace app = servohil::app;
+namespace scenario = app::scenario;
+
+const app::control::Permissions& Everything() {
+  static const app::Configuration configuration =
+      app::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {});
+  static const app::Contract contract(configuration);
+  static const app::control::Permissions permissions{{{&configuration.model}, &contract}, true, {}};
+  return permissions;
+}
+
+void RequireSound(const scenario::Scenario& read) {
+  Require(read.duration_ticks > 0 && !read.expectations.empty(), "it lasts, and expects something");
+  for (const scenario::Expectation& one : read.expectations)
+    Require(one.from_tick < one.to_tick && one.to_tick <= read.duration_ticks,
+            "an expectation lies within it");
+  for (std::size_t i = 1; i < read.faults.size(); ++i)
+    Require(read.faults[i - 1].tick <= read.faults[i].tick, "faults are in the order of time");
+}
+
+}  // namespace
+
+int FuzzOne(std::string_view text) {
+  static const MemoryFile file;
+  RequireReadableErrors([&] {
+    const scenario::ScenarioFile read(file.With(text));
+    if (const auto settings = read.Settings(); !settings.empty())
+      app::ParseConfiguration("", SERVOHIL_CONFIG_DIR "/fuzz.toml", {}, settings);
+    read.ConfigurationFile();
+    RequireSound(read.Understand(Everything()));
+  });
+  return 0;
+}
