@@ -63,6 +63,7 @@ TEST(Allocations, AndPageFaultsAreNoneInTenThousandTicksAfterTheStart) {
   long allocations = -1;
   long page_faults = -1;
   std::uint64_t wakes = 0;
+  rt::LockMemory();  // as the emulator does: code that only a late wake-up runs is there, too
   std::thread simulator([&] {
     rt::PrefaultStack();
     rt::PeriodicLoop loop(100'000);
