@@ -269,7 +269,7 @@ TEST(Contract, FdMessagesHaveTheirFormat) {
   EXPECT_TRUE(frame.fd);
   EXPECT_TRUE(frame.bit_rate_switch);
   EXPECT_TRUE(contract.UsesFd());
-  EXPECT_FALSE(Contract(Configuration{}).UsesFd());
+  EXPECT_FALSE(Contract(LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {})).UsesFd());
   EXPECT_EQ(frame.size, 24);
   EXPECT_EQ(frame.data[16] | frame.data[17] << 8, 2540);
   // Command of 2 bytes: 34 + 16 + 13 + floor(49 / 4) = 75 bits each 10 ms. 24 bytes FD: 34 bits, and at four

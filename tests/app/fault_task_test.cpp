@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "default_setup.hpp"
-#include "injection_words.hpp"
+#include "faults/injection_words.hpp"
 #include "servohil/app/quantity.hpp"
 #include "servohil/can/codec.hpp"
 #include "servohil/error.hpp"

@@ -1,4 +1,4 @@
-#include "frame_log.hpp"
+#include "run/frame_log.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,11 +4,11 @@
 
 #include <fstream>
 
-#include "candump.hpp"
-#include "p1_script.hpp"
+#include "run/candump.hpp"
+#include "run/p1_script.hpp"
+#include "run/snapshot_file.hpp"
 #include "scratch.hpp"
 #include "servohil/error.hpp"
-#include "snapshot_file.hpp"
 
 namespace servohil::app {
 namespace {

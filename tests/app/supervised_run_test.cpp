@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "../../src/app/scripted_run.hpp"
 #include "default_setup.hpp"
+#include "run/scripted_run.hpp"
 #include "servohil/app/recording/reader.hpp"
 #include "servohil/app/recording/recorder.hpp"
 #include "servohil/app/run_texts.hpp"

@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "bench.hpp"
-#include "fault_document.hpp"
+#include "faults/document.hpp"
 #include "servohil/app/configuration.hpp"
 
 namespace servohil::fault {

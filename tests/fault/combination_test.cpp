@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "bench.hpp"
-#include "scripted_run.hpp"
+#include "run/scripted_run.hpp"
 #include "servohil/app/quantity.hpp"
 #include "servohil/app/simulation_task.hpp"
 

@@ -1,7 +1,7 @@
 // Any bytes as a configuration file, and behind a zero byte as a --set: read, or refused with one line for
 // each mistake; what is read is bound to the messages and signals of the DBC files that we have.
 
-#include "contract_binding.hpp"
+#include "contract/binding.hpp"
 #include "fuzz.hpp"
 #include "servohil/app/configuration.hpp"
 

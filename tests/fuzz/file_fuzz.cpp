@@ -3,12 +3,12 @@
 #include <array>
 #include <cmath>
 
-#include "candump.hpp"
 #include "fuzz.hpp"
 #include "memory_file.hpp"
-#include "p1_script.hpp"
+#include "run/candump.hpp"
+#include "run/p1_script.hpp"
+#include "run/snapshot_file.hpp"
 #include "servohil/app/load_file.hpp"
-#include "snapshot_file.hpp"
 
 namespace {
 

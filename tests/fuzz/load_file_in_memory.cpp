@@ -1,5 +1,5 @@
-// In place of src/app/load_file.cpp: any file has a load curve, so that fuzzers read none of this machine.
-// file_fuzz has the real one.
+// In place of src/app/configuration/load_file.cpp: any file has a load curve, so that fuzzers read none of
+// this machine. file_fuzz has the real one.
 
 #include <vector>
 

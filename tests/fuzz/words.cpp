@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "injection_words.hpp"
+#include "faults/injection_words.hpp"
 #include "servohil/app/configuration.hpp"
 #include "servohil/app/quantity.hpp"
 #include "servohil/app/unit.hpp"

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <ctime>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 
 namespace servohil::app::check {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 
 namespace servohil::app::check {
 namespace {

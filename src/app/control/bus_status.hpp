@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-#include "../bus_watch.hpp"
+#include "run/bus_watch.hpp"
 
 namespace servohil::app::control {
 

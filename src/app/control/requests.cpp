@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "servohil/app/quantity.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "../injection_words.hpp"
+#include "faults/injection_words.hpp"
 #include "servohil/app/request.hpp"
 #include "servohil/app/telemetry.hpp"
 

@@ -15,8 +15,8 @@
 #include <utility>
 #include <vector>
 
-#include "../bus_watch.hpp"
 #include "requests.hpp"
+#include "run/bus_watch.hpp"
 #include "servohil/app/emulator.hpp"
 #include "servohil/app/telemetry.hpp"
 

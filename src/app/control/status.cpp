@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "../run_report.hpp"
+#include "run/report.hpp"
 #include "servohil/app/ticks.hpp"
 
 namespace servohil::app::control {

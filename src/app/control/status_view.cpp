@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 
 namespace servohil::app::control {
 namespace {

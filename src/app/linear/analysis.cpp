@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "../commands.hpp"
-#include "../formatted.hpp"
+#include "commands/commands.hpp"
+#include "formatted.hpp"
 
 namespace servohil::app {
 namespace {

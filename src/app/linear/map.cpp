@@ -2,8 +2,8 @@
 #include <fstream>
 #include <iostream>
 
-#include "../formatted.hpp"
 #include "analysis.hpp"
+#include "formatted.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {

@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {

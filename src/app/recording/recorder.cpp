@@ -17,7 +17,7 @@
 #include <variant>
 #include <vector>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "lossy_ring.hpp"
 #include "recording_file.hpp"
 #include "servohil/error.hpp"

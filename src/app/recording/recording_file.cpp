@@ -8,7 +8,7 @@
 #include <utility>
 #include <variant>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "influence_columns.hpp"
 #include "recording_format.hpp"
 #include "servohil/app/recording/sample_columns.hpp"

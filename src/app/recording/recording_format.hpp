@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 
 namespace servohil::app {
 

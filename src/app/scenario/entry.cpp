@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "../formatted.hpp"
-#include "../toml_text.hpp"
+#include "configuration/toml_text.hpp"
+#include "formatted.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
 

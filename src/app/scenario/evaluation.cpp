@@ -4,7 +4,7 @@
 #include <utility>
 #include <variant>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "servohil/app/ticks.hpp"
 
 namespace servohil::app::scenario {

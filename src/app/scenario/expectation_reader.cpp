@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/nearest_name.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "../toml_text.hpp"
+#include "configuration/toml_text.hpp"
 #include "servohil/app/ticks.hpp"
 
 namespace servohil::app::scenario {

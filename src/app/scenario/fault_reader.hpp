@@ -1,7 +1,7 @@
 #pragma once
 /// Reads [[fault]] and [[clear]] of a scenario file, in the words of the control socket.
 
-#include "../control/requests.hpp"
+#include "control/requests.hpp"
 #include "entry.hpp"
 #include "servohil/app/recording/recording.hpp"
 

@@ -1,7 +1,7 @@
 #include "mode_check.hpp"
 
-#include "../formatted.hpp"
-#include "../run_report.hpp"
+#include "formatted.hpp"
+#include "run/report.hpp"
 #include "servohil/app/ticks.hpp"
 
 namespace servohil::app::scenario {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "servohil/app/ticks.hpp"
 
 namespace servohil::app::scenario {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "servohil/app/ticks.hpp"
 
 namespace servohil::app::scenario {

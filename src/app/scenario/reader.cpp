@@ -7,12 +7,12 @@
 #include <fstream>
 #include <iterator>
 
-#include "../formatted.hpp"
-#include "../toml_error.hpp"
-#include "../toml_text.hpp"
+#include "configuration/toml_error.hpp"
+#include "configuration/toml_text.hpp"
 #include "entry.hpp"
 #include "expectation_reader.hpp"
 #include "fault_reader.hpp"
+#include "formatted.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
 #include "servohil/fault/schedule.hpp"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "../control/requests.hpp"
+#include "control/requests.hpp"
 #include "scenario.hpp"
 #include "servohil/app/configuration.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
 

@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "report.hpp"
 #include "servohil/app/ticks.hpp"
 

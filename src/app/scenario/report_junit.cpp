@@ -1,4 +1,4 @@
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "report.hpp"
 #include "servohil/app/ticks.hpp"
 

@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "../formatted.hpp"
-#include "../run_report.hpp"
+#include "formatted.hpp"
+#include "run/report.hpp"
 #include "scenario.hpp"
 #include "servohil/app/ticks.hpp"
 

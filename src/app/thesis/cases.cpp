@@ -5,7 +5,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 
 namespace servohil::app::thesis {
 namespace {

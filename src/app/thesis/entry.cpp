@@ -3,7 +3,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 
 namespace servohil::app::thesis {
 namespace {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "../formatted.hpp"
+#include "formatted.hpp"
 #include "servohil/error.hpp"
 #include "servohil/model/step_response.hpp"
 

@@ -1,0 +1,107 @@
+/// The program's entry: command line, and the one place where errors become exit statuses.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "commands.hpp"
+#include "run/log.hpp"
+#include "servohil/error.hpp"
+#include "servohil/nearest_name.hpp"
+
+namespace servohil::app {
+
+void ConfigurationOptions::AddTo(CLI::App& command) {
+  command
+      .add_option(
+          "-c,--config", file,
+          "configuration (TOML); default: ./config/servohil.toml, else the one installed with the program")
+      ->type_name("FILE");
+  command
+      .add_option("--set", settings,
+                  "overrides one key of the configuration, e.g. servo.underlap_in=0.001; repeatable")
+      ->type_name("KEY=VALUE")
+      ->take_all();
+  command.add_flag_callback(
+      "--help-keys",
+      [] {
+        std::cout << "Configuration keys: name = default unit [range], meaning\n" << DescribeKeys();
+        throw CLI::Success();
+      },
+      "lists every configuration key with unit, default and range");
+}
+
+namespace {
+
+int NoSuchSubcommand(const CLI::App& program, const std::string& word) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+  std::cerr << "servohil: there is no subcommand " << word << "; "
+            << DidYouMean(word, names, "--help lists them") << '\n';
+  return kExitUsage;
+}
+
+/// Several mistakes of a configuration are told at once.
+void TellEachLine(const std::string& text) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) std::cerr << ErrorPrefix() << line << '\n';
+}
+
+int Main(int argc, char** argv) {
+  CLI::App program(
+      "servohil: real-time emulator of a steam turbine's governing-valve servomotor on CAN.\n"
+      "Units: in, lbf, s, psi gauge. Time step 0.1 ms.");
+  program.set_version_flag("--version", "servohil " SERVOHIL_VERSION);
+  program.require_subcommand(1);
+  program.footer(
+      "Exit status: 0 ok; 1 the run was not valid (late ticks or model fault), or the\n"
+      "replay differs; 2 usage or configuration;\n"
+      "3 the machine lacks something (interface, permission, disk). Of a scenario: 0 PASS, 1 FAIL, 4 "
+      "INVALID.");
+  int exit_status = kExitOk;
+  AddRunCommand(program, exit_status);
+  AddFaultCommand(program, exit_status);
+  AddStatusCommand(program, exit_status);
+  AddReplayCommand(program, exit_status);
+  AddSimulateCommand(program, exit_status);
+  AddDbcCommand(program, exit_status);
+  AddSteadyCommand(program, exit_status);
+#ifdef SERVOHIL_ANALYSIS
+  AddLinearCommand(program, exit_status);
+  AddThesisCommand(program, exit_status);
+#endif
+  AddCheckCommand(program, exit_status);
+  try {
+    program.parse(argc, argv);
+    return exit_status;
+  } catch (const CLI::Success& success) {  // --help, --version
+    return program.exit(success);
+  } catch (const CLI::ParseError& error) {
+    if (program.get_subcommands().empty() && argc > 1 && argv[1][0] != '-')
+      return NoSuchSubcommand(program, argv[1]);
+    std::cerr << "servohil: " << error.what() << "; --help tells more\n";
+    return kExitUsage;
+  } catch (const UsageError& error) {
+    TellEachLine(error.what());
+    return kExitUsage;
+  } catch (const EnvironmentError& error) {
+    TellEachLine(error.what());
+    return kExitEnvironment;
+  }
+}
+
+}  // namespace
+}  // namespace servohil::app
+
+int main(int argc, char** argv) {
+  try {
+    return servohil::app::Main(argc, argv);
+  } catch (const std::exception& error) {  // out of memory, a file system that vanished
+    std::fprintf(stderr, "servohil: %s\n", error.what());
+    return servohil::app::kExitEnvironment;
+  }
+}

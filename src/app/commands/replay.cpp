@@ -1,0 +1,267 @@
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "commands.hpp"
+#include "formatted.hpp"
+#include "recording_options.hpp"
+#include "run/candump.hpp"
+#include "run/p1_script.hpp"
+#include "run/replay.hpp"
+#include "run/report.hpp"
+#include "run/scripted_run.hpp"
+#include "run/snapshot_file.hpp"
+#include "scenario_options.hpp"
+#include "servohil/app/contract.hpp"
+#include "servohil/app/ticks.hpp"
+#include "servohil/error.hpp"
+
+namespace servohil::app {
+namespace {
+
+struct Options {
+  std::filesystem::path path;
+  ConfigurationOptions configuration;
+  std::optional<double> until_s;
+  RecordingOptions recording;
+  ScenarioOptions scenario;
+};
+
+using Count = unsigned long long;  // for printf
+
+/// A run that is to be repeated: model, beginning, commands.
+struct Rerun {
+  Configuration configuration;
+  std::optional<Snapshot> from;
+  std::vector<Influence> script;
+  std::uint64_t end_tick = 0;
+};
+
+std::uint64_t EndTick(const Options& options, std::uint64_t last_tick) {
+  if (!options.until_s) return last_tick;
+  const auto until = TicksOf(*options.until_s);
+  return std::min(until, last_tick);
+}
+
+/// Runs it, recording if asked to; `after_tick(telemetry)` as in RunScript. @return the end
+template <typename AfterTick>
+Telemetry RunAgain(const Rerun& rerun, const RecordingOptions& recording, AfterTick&& after_tick) {
+  const model::Derived derived(rerun.configuration.model);
+  const model::SteadyState start = RequireSteadyStateAt(derived, rerun.configuration.start_x3_in);
+  const Contract contract(rerun.configuration);
+  const auto recorder =
+      recording.Open(DescribeConfiguration(rerun.configuration), contract, "fast", rerun.from, {});
+  TaskOptions options;
+  const std::uint64_t first_tick = rerun.from ? rerun.from->sample.tick : 0;
+  if (rerun.end_tick <= first_tick)
+    throw UsageError("replay: there is nothing to replay: not one tick was recorded");
+  options.duration_ticks = rerun.end_tick - first_tick;
+  options.safety = LawOf(rerun.configuration.safety);
+  options.supervised = false;
+  options.recorder = recorder.get();
+  const auto task = std::make_unique<SimulationTask>(rerun.configuration.model, start, options);
+  if (rerun.from) task->Restore(*rerun.from);
+  RunScript(*task, rerun.script, [&] { return after_tick(task->Now()); });
+  std::cout << FinishRecording(recorder.get(), recording.directory, task->Now(),
+                               JudgeRun(task->Now(), 0).Text());
+  return task->Now();
+}
+
+/// The tick up to which all influences are known.
+std::uint64_t LastKnownTick(const RecordingReader& recording) {
+  std::uint64_t last = 0;
+  std::vector<Telemetry> one(1);
+  if (recording.SampleCount() > 0 && recording.ReadSamples(recording.SampleCount() - 1, one) == 1)
+    last = one[0].sample.tick;
+  for (const RecordingGap& gap : recording.Gaps()) {
+    if (gap.stream != RecordedStream::kInfluences || gap.tick > last) continue;
+    std::cout << Formatted("commands or faults were lost at tick %llu: the replay ends there\n",
+                           Count{gap.tick});
+    last = gap.tick - 1;
+  }
+  return last;
+}
+
+void TellWhatItIs(const RecordingReader& recording) {
+  const RecordingAttributes& a = recording.Attributes();
+  std::cout << "recording " << recording.File().string() << ": servohil " << a.program_version << ", "
+            << a.clock << ", " << a.start_time << ", " << a.host << '\n';
+  if (!recording.End()) {
+    std::cout << "          it has no end: killed, or still being written\n";
+  } else {
+    std::cout << "          verdict " << recording.End()->verdict
+              << (recording.Complete() ? "\n" : "; INCOMPLETE: something was lost\n");
+  }
+}
+
+int TellIdentity(const Comparison& comparison, const Telemetry& end) {
+  if (const auto& d = comparison.FirstDifference()) {
+    std::cout << Formatted("differs from tick %llu (%.4f s) on: ", Count{d->tick}, SecondsOf(d->tick))
+              << d->variable << " recorded " << d->recorded << ", replayed " << d->replayed << '\n';
+    return kExitNotValid;
+  }
+  std::cout << Formatted("identical: %llu samples to tick %llu (%.4f s), state hash %016llx\n",
+                         Count{comparison.ComparedSamples()}, Count{end.sample.tick},
+                         SecondsOf(end.sample.tick), Count{end.sample.state_hash});
+  return kExitOk;
+}
+
+void TellDeviations(const Comparison& comparison) {
+  if (const auto& d = comparison.FirstDifference()) {
+    std::cout << Formatted("deviates from tick %llu (%.4f s) on, first in ", Count{d->tick},
+                           SecondsOf(d->tick))
+              << d->variable << "; largest deviations:\n";
+  } else {
+    std::cout << "the changes change nothing: identical\n";
+  }
+  for (const Deviation& d : comparison.LargestDeviations()) {
+    std::cout << Formatted("  %-8s %.6g %s at %.4f s\n", d.variable.c_str(), d.largest, d.unit.c_str(),
+                           SecondsOf(d.tick));
+  }
+}
+
+/// What is expected of a recorded run.
+class ScenarioOfRecording {
+ public:
+  explicit ScenarioOfRecording(const scenario::ScenarioFile& file)
+      : scenario_(file.UnderstandExpectations()), evaluation_(scenario_) {}
+  static std::unique_ptr<ScenarioOfRecording> Open(const ScenarioOptions& options) {
+    const auto file = options.Open();
+    return file == nullptr ? nullptr : std::make_unique<ScenarioOfRecording>(*file);
+  }
+
+  void Take(const Telemetry& now) { evaluation_.Take(now); }
+  int Report(const ScenarioOptions& options, std::vector<std::string> invalid_because) const {
+    return options.Report(scenario_, evaluation_.Judge(std::move(invalid_because)));
+  }
+
+ private:
+  const scenario::Scenario scenario_;
+  scenario::Evaluation evaluation_;
+};
+
+/// The recorded run's own flaws. A what-if has no clock: the timing of the run that it departs from is not
+/// its own.
+std::vector<std::string> WhyRecordingIsInvalid(const RecordingReader& recording, bool what_if) {
+  std::vector<std::string> reasons;
+  if (what_if) return reasons;
+  if (!recording.Complete()) reasons.emplace_back("the recording is incomplete");
+  std::vector<Telemetry> last(1);
+  if (recording.SampleCount() == 0 || recording.ReadSamples(recording.SampleCount() - 1, last) != 1)
+    return reasons;
+  last[0].sample.model_fault = false;  // for the expectations to tell
+  for (std::string& reason : JudgeRun(last[0], 0).reasons) reasons.push_back(std::move(reason));
+  return reasons;
+}
+
+/// DIR beside the recording for the what-if: DIR-what-if, or the first of DIR-what-if-2, -3, ... that is
+/// free.
+std::filesystem::path WhatIfDirectory(std::filesystem::path recording) {
+  if (std::filesystem::is_regular_file(recording)) recording = recording.parent_path();
+  std::string base = std::filesystem::absolute(recording).lexically_normal().string();
+  while (base.size() > 1 && base.back() == '/') base.pop_back();
+  base += "-what-if";
+  std::string name = base;
+  for (int i = 2; std::filesystem::exists(name); ++i) name = base + "-" + std::to_string(i);
+  return name;
+}
+
+int ReplayRecording(const Options& options) {
+  const RecordingReader reader(options.path);
+  TellWhatItIs(reader);
+  const TemporaryConfiguration texts(reader.Attributes());
+  Rerun rerun;
+  rerun.configuration = LoadConfiguration(texts.File(), options.configuration.settings);
+  if (const std::string& text = reader.Attributes().start_snapshot; !text.empty())
+    rerun.from = ParseSnapshotText(text, reader.File().string());
+  rerun.script = reader.Influences();
+  rerun.end_tick = EndTick(options, LastKnownTick(reader));
+  const bool what_if = !options.configuration.settings.empty();
+  RecordingOptions recording = options.recording;
+  if (what_if && recording.directory.empty()) recording.directory = WhatIfDirectory(options.path);
+
+  const auto scenario = ScenarioOfRecording::Open(options.scenario);
+  Comparison comparison(reader);
+  const Telemetry end = RunAgain(rerun, recording, [&](const Telemetry& now) {
+    comparison.Take(now);
+    if (scenario) scenario->Take(now);
+    return what_if || !comparison.FirstDifference();
+  });
+  if (what_if) {
+    TellDeviations(comparison);
+  } else if (const int status = TellIdentity(comparison, end); status != kExitOk) {
+    return status;
+  }
+  return scenario ? scenario->Report(options.scenario, WhyRecordingIsInvalid(reader, what_if)) : kExitOk;
+}
+
+/// Any candump log: its command frames, at the ticks of their time stamps.
+int ReplayLog(const Options& options) {
+  const std::vector<can::Frame> frames = ReadCandump(options.path);
+  if (frames.empty()) throw UsageError(options.path.string() + ": there is no frame in it");
+  Rerun rerun;
+  rerun.configuration = options.configuration.Load();
+  const Contract contract(rerun.configuration);
+  const std::int64_t start_ns = frames.front().receive_time_ns;
+  std::uint64_t last_tick = 0;
+  for (const can::Frame& frame : frames) {
+    constexpr double kNsPerTick = 1e5;
+    const double ticks =
+        std::max(0.0, std::round(static_cast<double>(frame.receive_time_ns - start_ns) / kNsPerTick));
+    last_tick = std::max(last_tick, static_cast<std::uint64_t>(ticks));
+    CommandRejection why{};
+    const auto demand = contract.Decode(frame, why);
+    if (demand && demand->p1_psi) rerun.script.push_back(CommandAfter(last_tick, *demand->p1_psi));
+  }
+  rerun.end_tick = EndTick(options, last_tick + 1);
+  std::cout << Formatted("log %s: %llu frames, %llu of them commands, %.4f s\n",
+                         options.path.string().c_str(), Count{frames.size()}, Count{rerun.script.size()},
+                         SecondsOf(last_tick));
+  if (rerun.script.empty()) {
+    throw UsageError(
+        options.path.string() +
+        Formatted(": there is no command frame in it: identifier 0x%X of ", contract.CommandMessage().id) +
+        contract.IncomingMessages().front().database->file);
+  }
+  const Telemetry end = RunAgain(rerun, options.recording, [](const Telemetry&) { return true; });
+  std::cout << SimulationSummary(end) << "verdict  " << JudgeRun(end, 0).Text() << '\n';
+  return JudgeRun(end, 0).Valid() ? kExitOk : kExitNotValid;
+}
+
+int Replay(const Options& options) {
+  if (!std::filesystem::exists(options.path))
+    throw UsageError(options.path.string() + ": there is no such file");
+  const bool recording = std::filesystem::is_directory(options.path) || options.path.extension() == ".h5";
+  if (!recording && !options.scenario.file.empty())
+    throw UsageError("replay: --scenario is for a recording, not for a log");
+  if (recording && !options.configuration.file.empty())
+    throw UsageError(
+        "replay: a recording has its own configuration: --set changes single keys of it, -c is for logs");
+  return recording ? ReplayRecording(options) : ReplayLog(options);
+}
+
+}  // namespace
+
+void AddReplayCommand(CLI::App& program, int& exit_status) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command = *program.add_subcommand("replay",
+                                              "Runs a recording again and compares, tick by tick, bit for "
+                                              "bit; with --set: what if. Or drives the model "
+                                              "from a candump log");
+  command.add_option("path", options->path, "directory of a recording, or a candump log")
+      ->type_name("DIR|LOG")
+      ->required();
+  options->configuration.AddTo(command);
+  command
+      .add_option("--until", options->until_s, "ends at this simulated time [s]; default: with the recording")
+      ->type_name("S")
+      ->check(CLI::Range(model::kTickS, 1e9));
+  options->recording.AddTo(command);
+  options->scenario.AddTo(command)->description(
+      "what this scenario (TOML) expects, held against the recording; its commands and faults are not used");
+  command.callback([options, &exit_status] { exit_status = Replay(*options); });
+}
+
+}  // namespace servohil::app

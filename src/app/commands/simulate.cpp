@@ -1,0 +1,189 @@
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "commands.hpp"
+#include "formatted.hpp"
+#include "recording_options.hpp"
+#include "run/p1_script.hpp"
+#include "run/report.hpp"
+#include "run/scripted_run.hpp"
+#include "scenario/simulated_run.hpp"
+#include "scenario_options.hpp"
+#include "servohil/app/envelope_check.hpp"
+#include "servohil/app/simulation_task.hpp"
+#include "servohil/app/ticks.hpp"
+#include "servohil/error.hpp"
+
+namespace servohil::app {
+namespace {
+
+struct Options {
+  ConfigurationOptions configuration;
+  std::optional<double> x3_in;
+  double duration_s = 0.0;
+  std::optional<double> p1_step_psi;
+  std::filesystem::path p1_file;
+  int every_ticks = 1;
+  std::optional<std::string> output;
+  RecordingOptions recording;
+  ScenarioOptions scenario;
+};
+
+/// P1 over time: the steady state's, then each value from its tick on.
+std::vector<Influence> P1Over(double rest_psi, const Options& options) {
+  std::vector<Influence> changes = {CommandAfter(0, rest_psi + options.p1_step_psi.value_or(0.0))};
+  if (options.p1_file.empty()) return changes;
+  const std::vector<Influence> script = ReadP1Script(options.p1_file);
+  changes.insert(changes.end(), script.begin(), script.end());
+  return changes;
+}
+
+/// CSV with every bit of every number. Throws when the disk does not take it.
+class CsvOutput {
+ public:
+  explicit CsvOutput(const std::string& path)
+      : path_(path), file_(path == "-" ? stdout : std::fopen(path.c_str(), "w")) {
+    if (file_ == nullptr) throw EnvironmentError(path + ": cannot be written");
+    std::fputs(
+        "t_s,p1_psi,x3_in,v3_in_s,p3_psi,p4_psi,p8_psi,x1_in,x2_in,x4_in,q3_in3_s,q4_in3_s,q5_in3_s,q6_in3_s,"
+        "friction_psi,stuck\n",
+        file_);
+  }
+  ~CsvOutput() {
+    if (file_ != nullptr && file_ != stdout) std::fclose(file_);
+  }
+  CsvOutput(const CsvOutput&) = delete;
+  CsvOutput& operator=(const CsvOutput&) = delete;
+
+  void Write(const Sample& s, const model::Outputs& o) {
+    const double values[] = {SecondsOf(s.tick), s.p1_psi,       s.state.x3_in,  s.state.v3_in_s,
+                             s.state.p3_psi,    s.state.p4_psi, s.state.p8_psi, o.x1_in,
+                             o.x2_in,           o.x4_in,        o.q3_in3_s,     o.q4_in3_s,
+                             o.q5_in3_s,        o.q6_in3_s,     o.friction_psi};
+    for (const double value : values) std::fprintf(file_, "%.17g,", value);
+    std::fputs(s.state.mode.PistonRests() ? "1\n" : "0\n", file_);
+  }
+
+  void Finish() {
+    const bool failed = std::ferror(file_) != 0 || std::fflush(file_) != 0;
+    if (failed)
+      throw EnvironmentError((path_ == "-" ? "standard output" : path_) + ": writing failed (disk full?)");
+  }
+
+ private:
+  std::string path_;
+  std::FILE* file_;
+};
+
+/// What is wrong with it, on standard error. @return exit status
+int Report(const Sample& end) {
+  if (end.model_fault) {
+    std::cerr << Formatted(
+        "servohil: model fault at t = %.4f s: the state left the model's domain after x3 = %.6g in, "
+        "P3 = %.6g psi; the output ends there\n",
+        SecondsOf(end.tick), end.state.x3_in, end.state.p3_psi);
+    return kExitNotValid;
+  }
+  if (end.unresolved_ticks > 0) {
+    std::cerr << Formatted(
+        "servohil: %llu of %llu ticks were faster than %d sub-steps resolve: less accurate there\n",
+        static_cast<unsigned long long>(end.unresolved_ticks), static_cast<unsigned long long>(end.tick),
+        model::kMaxSubSteps);
+  }
+  return kExitOk;
+}
+
+/// Nothing where there is no --record.
+std::unique_ptr<Recorder> OpenRecording(const Options& options, const Configuration& configuration) {
+  if (options.recording.directory.empty()) return nullptr;
+  const Contract contract(configuration);
+  return options.recording.Open(DescribeConfiguration(configuration), contract, "fast", std::nullopt, {});
+}
+
+/// Without a scenario: commands from the options. With one: commands, faults and what is expected.
+int Simulate(const Options& options) {
+  const auto file = options.scenario.Open();
+  Configuration configuration = LoadFor(file.get(), options.configuration);
+  configuration.start_x3_in = options.x3_in.value_or(configuration.start_x3_in);
+  const model::Derived derived(configuration.model);
+  if (const std::string warning = CheckEnvelope(configuration, derived); !warning.empty())
+    std::cerr << "servohil: " << warning << '\n';
+  const model::SteadyState start = RequireSteadyStateAt(derived, configuration.start_x3_in);
+  std::optional<scenario::SimulatedRun> scenario;
+  if (file) scenario.emplace(*file, configuration, start);
+  const std::vector<Influence> script = file ? std::vector<Influence>{} : P1Over(start.p1_psi, options);
+  const auto recorder = OpenRecording(options, configuration);
+  TaskOptions task_options;
+  task_options.duration_ticks = TicksOf(options.duration_s);
+  task_options.supervised = false;
+  if (scenario) scenario->AddTo(task_options);
+  task_options.recorder = recorder.get();
+  const auto task = std::make_unique<SimulationTask>(configuration.model, start, task_options);
+
+  const std::string csv = options.output.value_or(recorder || file ? "" : "-");
+  std::optional<CsvOutput> output;
+  if (!csv.empty()) output.emplace(csv);
+  const auto every = static_cast<std::uint64_t>(options.every_ticks);
+  const auto write = [&] {
+    const Sample& sample = task->Now().sample;
+    if (output && sample.tick % every == 0) output->Write(sample, task->Now().outputs);
+  };
+  write();
+  if (scenario) scenario->Command(*task);
+  RunScript(*task, script, [&] {
+    if (scenario) scenario->Take(*task);
+    if (task->Now().sample.model_fault) return false;
+    write();
+    return true;
+  });
+  if (output) output->Finish();
+  std::cerr << FinishRecording(recorder.get(), options.recording.directory, task->Now(),
+                               JudgeRun(task->Now(), 0).Text());
+  const int status = Report(task->Now().sample);
+  return scenario ? options.scenario.Report(scenario->What(), scenario->Judge(*task)) : status;
+}
+
+}  // namespace
+
+void AddSimulateCommand(CLI::App& program, int& exit_status) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command =
+      *program.add_subcommand("simulate", "Simulates from the steady state, as fast as it goes, to CSV");
+  options->configuration.AddTo(command);
+  command
+      .add_option("--x3", options->x3_in, "piston position of the steady state [in]; default: start.x3_in")
+      ->type_name("IN");
+  CLI::Option* with_scenario = options->scenario.AddTo(command);
+  CLI::Option* duration = command.add_option("--duration", options->duration_s, "simulated time [s]");
+  duration->type_name("S")->excludes(with_scenario)->check(CLI::Range(model::kTickS, 1e6));
+  auto* step = command.add_option("--p1-step", options->p1_step_psi,
+                                  "step of the control oil pressure at t = 0 [psi]; default: none");
+  step->type_name("PSI")->excludes(with_scenario)->check(CLI::Range(-1000.0, 1000.0));
+  command
+      .add_option(
+          "--p1-file", options->p1_file,
+          "control oil pressure over time: CSV t_s,p1_psi; each value holds from the first tick at or after "
+          "its time")
+      ->type_name("CSV")
+      ->excludes(step)
+      ->excludes(with_scenario);
+  command.add_option("--every", options->every_ticks, "writes every n-th tick of 0.1 ms; default: 1")
+      ->type_name("TICKS")
+      ->check(CLI::Range(1, 1'000'000'000));
+  command
+      .add_option("-o,--output", options->output,
+                  "CSV file; -: standard output; default: - unless it is recorded, or a scenario")
+      ->type_name("FILE");
+  options->recording.AddTo(command);
+  command.callback([options, duration, with_scenario, &exit_status] {
+    if (duration->empty() && with_scenario->empty())
+      throw UsageError("simulate: --duration S or --scenario FILE is required; --help tells more");
+    exit_status = Simulate(*options);
+  });
+}
+
+}  // namespace servohil::app
