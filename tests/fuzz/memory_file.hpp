@@ -21,7 +21,8 @@ class MemoryFile {
   /// A path under which the file holds `text` and nothing else.
   std::string With(std::string_view text) const {
     const auto size = static_cast<off_t>(text.size());
-    const bool whole = ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, text.data(), text.size(), 0) == size;
+    const bool whole =
+        ftruncate(descriptor_, 0) == 0 && pwrite(descriptor_, text.data(), text.size(), 0) == size;
     Require(whole, "the file in memory holds the input");
     return "/proc/self/fd/" + std::to_string(descriptor_);
   }

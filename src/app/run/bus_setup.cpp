@@ -9,6 +9,22 @@
 
 namespace servohil::app {
 
+std::vector<std::string> WantedBuses(const std::vector<std::string>& asked,
+                                     const Configuration& configuration) {
+  const std::vector<std::string>& wanted = asked.empty() ? configuration.can.buses : asked;
+  const std::string place = asked.empty() ? configuration.PlaceOf("can.buses") + ": can.buses: " : "";
+  std::vector<std::string> mistakes;
+  for (const std::string& url : wanted) {
+    try {
+      can::CheckUrl(url);
+    } catch (const UsageError& error) {
+      mistakes.push_back(place + error.what());
+    }
+  }
+  if (!mistakes.empty()) throw UsageError(mistakes);
+  return wanted;
+}
+
 std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted, const CanSettings& can) {
   std::vector<std::string> urls;
   for (const std::string& url : wanted) {

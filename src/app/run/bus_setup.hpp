@@ -11,6 +11,12 @@
 
 namespace servohil::app {
 
+/// Those that are asked for, else those of the configuration.
+/// @throws UsageError for URLs of no known form, a line for each, with the place where the configuration has
+/// it
+std::vector<std::string> WantedBuses(const std::vector<std::string>& asked,
+                                     const Configuration& configuration);
+
 /// "auto" replaced by what this machine has.
 std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted, const CanSettings& can);
 

@@ -8,7 +8,6 @@
 #include "log.hpp"
 #include "servohil/app/contract.hpp"
 #include "servohil/app/envelope_check.hpp"
-#include "servohil/can/bus.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {
@@ -47,8 +46,7 @@ int CheckConfiguration(const ConfigurationOptions& options, const std::vector<st
     const Contract contract(configuration);
     CheckBusLoad(contract, configuration.can);
   });
-  for (const std::string& url : buses.empty() ? configuration.can.buses : buses)
-    checks.Run([&] { can::CheckUrl(url); });
+  checks.Run([&] { WantedBuses(buses, configuration); });
   if (!checks.Passed()) return kExitUsage;
   std::cout << "configuration ok: "
             << (options.file.empty() ? DefaultConfigurationFile() : options.file).string() << '\n';

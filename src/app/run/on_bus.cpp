@@ -70,9 +70,8 @@ int RunOnBus(const RunOptions& options, const RunSetup& setup, const std::option
   EmulatorOptions emulator_options = EmulatorOptionsOf(options, configuration);
   CheckBusLoad(setup.contract, configuration.can);
   const can::BusOptions bus_options = BusOptionsOf(setup.contract, configuration, emulator_options);
-  can::Network network(
-      ResolveBuses(options.buses.empty() ? configuration.can.buses : options.buses, configuration.can),
-      bus_options);
+  can::Network network(ResolveBuses(WantedBuses(options.buses, configuration), configuration.can),
+                       bus_options);
   ReportBuses(network, configuration.can.bit_rate_bit_s);
 
   const RunTexts texts = DescribeConfiguration(configuration);
