@@ -6,6 +6,7 @@ transport that is asked for and missing is a failure, never a skip.
 """
 
 import os
+import signal
 import sys
 from pathlib import Path
 
@@ -14,6 +15,9 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from emulator import PROGRAM, Client, Emulator  # noqa: E402
+
+# A shell's background job ignores SIGINT, and so would every program that it tests.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 VCAN = "vcan0"
 URLS = {"slcan": "slcan:pty", "socketcan": f"socketcan:{VCAN}", "controllers": "socketcan:can0"}
