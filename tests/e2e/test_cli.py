@@ -158,6 +158,15 @@ def test_configuration_mistakes(configuration, old, new, parts):
     says(text, f"{file}:{line}: ")
 
 
+@pytest.mark.parametrize("more", [["--check-config"], []], ids=["checked", "run"])
+def test_buses_of_no_known_form(configuration, more):
+    file, line = configuration('buses = ["auto"]', 'buses = ["vcan0", "can:can0"]')
+    lines = run("run", "-c", file, *more, status=USAGE).stderr.splitlines()
+    told = [one for one in lines if " info: " not in one]
+    assert [one.split(": expected")[0] for one in told] == [
+        f"servohil: {file}:{line}: can.buses: unknown bus '{url}'" for url in ("vcan0", "can:can0")], lines
+
+
 @pytest.mark.parametrize("setting, parts", [
     ("servo.underlab_in=0.001", ["--set servo.underlab_in=0.001", "did you mean servo.underlap_in?"]),
     ("servo.underlap_in=wide", ["--set servo.underlap_in=wide", "a number from -0.05 to 0.05 in"]),

@@ -6,6 +6,7 @@ import re
 import can
 import pytest
 from control_socket import Control
+from e2e_profiles import crc8_autosar, crc8_j1850
 from emulator import DEGRADED, REPOSITORY, RUNNING, WAITING, let_time_pass, settings
 from recordings import Recording
 from thread_pause import paused
@@ -20,16 +21,6 @@ PROTECTED = ("--clock", "lockstep",
                        can__command__checksum="Checksum", can__command__max_counter_jump=2))
 
 
-def crc8_j1850(data):
-    """Of its own, bit by bit: of b"123456789" it is 0x4B."""
-    crc = 0xFF
-    for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc << 1) & 0xFF ^ (0x1D if crc & 0x80 else 0)
-    return crc ^ 0xFF
-
-
 class Governor:
     """Each cycle: some frames, then the sync frame and its answer."""
 
@@ -41,7 +32,7 @@ class Governor:
         raw = round(p1_psi / 0.001)
         counter = (self.count if count is None else count) % 16
         body = [counter | (raw & 0xF) << 4, raw >> 4 & 0xFF, raw >> 12 & 0xFF]
-        return can.Message(arbitration_id=0x100, is_extended_id=False, data=[crc8_j1850(body), *body])
+        return can.Message(arbitration_id=0x100, is_extended_id=False, data=[crc8_j1850(bytes(body)), *body])
 
     def cycle(self, *frames):
         """@return the answer, by message"""
@@ -69,10 +60,6 @@ def governor(start, connect, tmp_path):
 def frames_of(governor):
     with Control(governor.control) as control:
         return control.ask("status")["safety"]["frames"]
-
-
-def test_our_checksum_is_the_published_one():
-    assert crc8_j1850(b"123456789") == 0x4B
 
 
 def test_each_kind_of_wrong_frame_is_counted_as_what_it_is(governor):
@@ -156,13 +143,8 @@ def protected_answers(start, connect, tmp_path, *arguments):
 
 
 def p11_checksum(data):
-    """Of this test's own: Data ID 0x0123, low byte first."""
-    crc = 0
-    for byte in bytes([0x23, 0x01]) + data[1:]:
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc << 1) & 0xFF ^ (0x1D if crc & 0x80 else 0)
-    return crc
+    """Data ID 0x0123, low byte first."""
+    return crc8_autosar(bytes([0x23, 0x01]) + data[1:])
 
 
 def test_protected_frames_come_back(start, connect, tmp_path):

@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -43,12 +42,6 @@ int NoSuchSubcommand(const CLI::App& program, const std::string& word) {
   std::cerr << "servohil: there is no subcommand " << word << "; "
             << DidYouMean(word, names, "--help lists them") << '\n';
   return kExitUsage;
-}
-
-/// Several mistakes of a configuration are told at once.
-void TellEachLine(const std::string& text) {
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) std::cerr << ErrorPrefix() << line << '\n';
 }
 
 int Main(int argc, char** argv) {

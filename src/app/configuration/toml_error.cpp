@@ -28,7 +28,7 @@ std::string AdviceFor(std::string_view description) {
   return found == kAdvice.end() ? std::string() : ": " + std::string(found->advice);
 }
 
-/// One line of the text, without its indentation and comment; 1 is the first.
+/// One line of the text, without its indentation; 1 is the first.
 std::string LineOf(std::string_view text, std::uint32_t number) {
   for (; number > 1; --number) {
     const std::size_t end = text.find('\n');

@@ -21,7 +21,7 @@ class Checks {
     try {
       check();
     } catch (const UsageError& error) {
-      std::cerr << ErrorPrefix() << error.what() << '\n';
+      TellEachLine(error.what());
       passed_ = false;
     }
   }

@@ -7,7 +7,9 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <iostream>
 #include <memory>
+#include <sstream>
 
 namespace servohil::app {
 
@@ -29,8 +31,10 @@ void SetUpLog() {
   spdlog::set_pattern("servohil: %l: %v");
 }
 
-std::string ErrorPrefix() {
-  return StandardErrorIsJournal() ? "<3>" : "servohil: ";
+void TellEachLine(const std::string& text) {
+  const char* begin = StandardErrorIsJournal() ? "<3>" : "servohil: ";
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) std::cerr << begin << line << '\n';
 }
 
 }  // namespace servohil::app

@@ -12,7 +12,7 @@ bool StandardErrorIsJournal();
 /// Before the first line.
 void SetUpLog();
 
-/// What a line about an error, written to standard error without the log, begins with.
-std::string ErrorPrefix();
+/// Mistakes, a line for each, to standard error without the log.
+void TellEachLine(const std::string& text);
 
 }  // namespace servohil::app
