@@ -1,8 +1,10 @@
 #include "servohil/app/recording/recorder.hpp"
 #include "servohil/app/recording/sample_columns.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -448,6 +450,19 @@ TEST(Recording, TakesFromThreeThreadsAtOnce) {
   EXPECT_EQ(report.frames + report.frames_lost, 2 * kFrames);
   EXPECT_EQ(report.complete, report.samples_lost + report.influences_lost + report.frames_lost == 0);
   EXPECT_EQ(RecordingReader(scratch / "run").SampleCount(), report.samples);
+}
+
+TEST(Recording, AReaderThatLocksTheFileDoesNotDisturbTheWriter) {
+  const Scratch scratch;
+  const testing::DefaultSetup setup;
+  Recorder recorder(scratch / "run", Attributes(setup), setup.contract, kWaiting);
+  const int reader = open((scratch / "run" / kRecordingFile).c_str(), O_RDONLY | O_CLOEXEC);
+  ASSERT_EQ(flock(reader, LOCK_SH), 0);  // as HDF5 does while it opens
+  recorder.RecordTick(RandomTelemetry(8).At(1));
+  const RecordingReport report = recorder.Finish(kEnd);
+  close(reader);
+  EXPECT_EQ(report.problem, "");
+  EXPECT_TRUE(RecordingReader(scratch / "run").Complete());
 }
 
 /// Records in a process of its own, which is killed once there is enough on file.

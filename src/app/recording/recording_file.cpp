@@ -56,8 +56,16 @@ std::string Joined(const std::vector<std::string>& items) {
   return text;
 }
 
+/// A reader that looks at the file at the wrong moment locks it; the writer does not give way to it. A second
+/// writer is kept out by H5F_ACC_EXCL.
+hdf5::Id AccessWithoutLock() {
+  hdf5::Id access(H5Pcreate(H5P_FILE_ACCESS));
+  H5Pset_file_locking(*access, false, true);
+  return access;
+}
+
 hdf5::Id CreateFile(const std::string& name) {
-  const hdf5::Id access(H5Pcreate(H5P_FILE_ACCESS));
+  const hdf5::Id access = AccessWithoutLock();
   H5Pset_libver_bounds(*access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
   // The library keeps one chunk of a column, no more, so that little waits for the disk that may be full. Set
   // for the file: single-writer mode forgets what is set for a dataset.
@@ -299,7 +307,7 @@ void RecordingFile::Close(const std::optional<RecordingEnd>& end, const Recordin
   gaps_.reset();
   log_.reset();
   if (!file_.Close()) throw EnvironmentError(name_ + ": cannot be closed: " + hdf5::LastError());
-  const hdf5::Id file = hdf5::Require(hdf5::Id(H5Fopen(name_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT)),
+  const hdf5::Id file = hdf5::Require(hdf5::Id(H5Fopen(name_.c_str(), H5F_ACC_RDWR, *AccessWithoutLock())),
                                       name_ + ": the end cannot be written");
   if (end) {
     hdf5::WriteAttribute(*file, attribute::kVerdict, end->verdict, name_);
