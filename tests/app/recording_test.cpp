@@ -537,7 +537,7 @@ TEST_F(RecordingReaderErrors, NoneForASoundRecording) {
 }
 
 TEST_F(RecordingReaderErrors, NoRecording) {
-  EXPECT_EQ(ErrorOf(scratch_ / "nothing"), (scratch_ / "nothing").string() + ": there is no such recording");
+  EXPECT_EQ(ErrorOf(scratch_ / "nothing"), (scratch_ / "nothing").string() + ": there is no such file");
   std::ofstream(scratch_ / "text.h5") << "x3_in,p3_psi\n";
   EXPECT_EQ(ErrorOf(scratch_ / "text.h5"), (scratch_ / "text.h5").string() + ": is no HDF5 file");
 }

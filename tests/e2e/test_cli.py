@@ -198,6 +198,20 @@ def test_missing_files(tmp_path, configuration):
     says(mistake(*STEADY, "-c", file), str(tmp_path / "sub" / "load.csv"))  # relative to the configuration
 
 
+@pytest.mark.parametrize("arguments", [
+    (*STEADY, "-c"), ("simulate", "--duration", "1", "--p1-file"), ("simulate", "--scenario"), ("dbc", "--decode"),
+    ("replay",), ("run", "--from"), ("run", "--set", "can.dbc="), (*STEADY, "--set", "load.file=")],
+    ids=lambda arguments: arguments[-1])
+def test_files_that_cannot_be_read_say_why(tmp_path, arguments):
+    *others, last = arguments
+    def with_file(name):
+        return (*others, last + name) if last.endswith("=") else (*arguments, name)
+    says(mistake(*with_file("x" * 300)), "File name too long")
+    says(mistake(*with_file(str(tmp_path / "gone"))), "gone: there is no such file")
+    if last != "replay":
+        says(mistake(*with_file(str(tmp_path))), "is a directory")
+
+
 @pytest.mark.parametrize("old, new, parts", [
     ("4.0,103.0", "4.0,much", ['"much" is not a number']),
     ("4.0,103.0", "4.0", ["1 fields, expected 2", "x3_in,p3_psi"]),

@@ -315,7 +315,7 @@ def test_what_is_no_recording_is_refused_in_one_line(tmp_path, recorded):
     no_command = tmp_path / "no-command.log"
     no_command.write_text("(1.0) vcan0 200#A8616AFF04030201\n")
     for path, says in ((tmp_path / "gone", "no such file"), (text, "notes.txt:1: "), (text_h5, "is no HDF5 file"),
-                       (empty, "no frame"), (other, "is no recording of servohil"), (directory, "no such recording"),
+                       (empty, "no frame"), (other, "is no recording of servohil"), (directory, "no such file"),
                        (of_a_future, "format 99, expected 2 to 3"), (cut, ""), (no_command, "no command frame")):
         done = run("replay", path, status=USAGE)
         assert done.stderr.count("\n") == 1 and str(path) in done.stderr and says in done.stderr, done

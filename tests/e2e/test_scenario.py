@@ -266,5 +266,5 @@ def test_options_that_contradict_a_scenario_are_refused(small):
                     ["run", "--clock", "fast"]):
         run(*command, "--scenario", small, status=USAGE)
     assert "--scenario FILE is required" in run("simulate", status=USAGE).stderr
-    assert "no such scenario file" in run("simulate", "--scenario", "none.toml", status=USAGE).stderr
+    assert "none.toml: there is no such file" in run("simulate", "--scenario", "none.toml", status=USAGE).stderr
     run("simulate", "--duration", "1", "--report-json", "x", status=USAGE)

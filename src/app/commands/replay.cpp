@@ -6,6 +6,7 @@
 
 #include "commands.hpp"
 #include "formatted.hpp"
+#include "readable.hpp"
 #include "recording_options.hpp"
 #include "run/candump.hpp"
 #include "run/p1_script.hpp"
@@ -231,9 +232,9 @@ int ReplayLog(const Options& options) {
 }
 
 int Replay(const Options& options) {
-  if (!std::filesystem::exists(options.path))
-    throw UsageError(options.path.string() + ": there is no such file");
-  const bool recording = std::filesystem::is_directory(options.path) || options.path.extension() == ".h5";
+  const bool directory = IsDirectory(options.path);
+  if (!directory) RequireReadable(options.path);
+  const bool recording = directory || options.path.extension() == ".h5";
   if (!recording && !options.scenario.file.empty())
     throw UsageError("replay: --scenario is for a recording, not for a log");
   if (recording && !options.configuration.file.empty())

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "publish_toml.hpp"
+#include "readable.hpp"
 #include "servohil/app/load_file.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
@@ -245,8 +246,8 @@ class Loader {
 
   void ReadLoad() {
     model::LoadParameters& load = config_.model.load;
-    if (!std::filesystem::exists(config_.load_file))
-      Fail("load.file", config_.load_file, "there is no such file; a copy of config/load_curve.csv will do");
+    if (const std::string why = WhyUnreadable(config_.load_file); !why.empty())
+      Fail("load.file", config_.load_file, why + "; a copy of config/load_curve.csv will do");
     load.opening = ReadLoadCurve(config_.load_file);
     load.has_closing = !config_.load_closing_file.empty();
     if (!load.has_closing) return;
@@ -287,7 +288,7 @@ class Loader {
 }  // namespace
 
 std::filesystem::path DefaultConfigurationFile() {
-  if (std::filesystem::path here = "config/servohil.toml"; std::filesystem::exists(here)) return here;
+  if (std::filesystem::path here = "config/servohil.toml"; WhyUnreadable(here).empty()) return here;
   const auto program = std::filesystem::read_symlink("/proc/self/exe");
   return program.parent_path().parent_path() / "share" / "servohil" / "servohil.toml";
 }
@@ -295,10 +296,9 @@ std::filesystem::path DefaultConfigurationFile() {
 Configuration LoadConfiguration(const std::filesystem::path& file, const std::vector<std::string>& settings,
                                 const std::vector<KeySetting>& more) {
   const std::filesystem::path source = file.empty() ? DefaultConfigurationFile() : file;
+  RequireReadable(source);
   std::ifstream in(source, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in || std::filesystem::is_directory(source))
-    throw UsageError(source.string() + ": there is no such file");
   return ParseConfiguration(text, source, settings, more);
 }
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <string_view>
 
+#include "readable.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {
@@ -31,10 +32,9 @@ double ParseField(std::string_view field, const std::string& place) {
 }  // namespace
 
 std::vector<CsvRow> ReadCsv(const std::filesystem::path& file, const std::string& header) {
+  RequireReadable(file);
   std::ifstream in(file);
   std::string line;
-  if (!in || std::filesystem::is_directory(file))
-    throw UsageError(file.string() + ": cannot be read as a file");
   std::getline(in, line);
   if (Trimmed(line) != header) {
     throw UsageError(file.string() + ":1: header is \"" + std::string(Trimmed(line)) + "\", expected \"" +

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "binding.hpp"
+#include "readable.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/can/codec.hpp"
 #include "servohil/error.hpp"
@@ -56,9 +57,10 @@ std::string Beside(const std::filesystem::path& file) {
 
 can::Databases ReadDbcs(const Configuration& configuration) {
   for (const std::filesystem::path file : configuration.can.dbc) {
-    if (std::filesystem::exists(file)) continue;
-    throw UsageError(configuration.PlaceOf("can.dbc") + ": can.dbc: " + file.string() +
-                     ": there is no such file" + Beside(file));
+    const std::string why = WhyUnreadable(file);
+    if (why.empty()) continue;
+    throw UsageError(configuration.PlaceOf("can.dbc") + ": can.dbc: " + file.string() + ": " + why +
+                     Beside(file));
   }
   return can::ReadDbcs(configuration.can.dbc);
 }

@@ -8,6 +8,7 @@
 
 #include "hdf5.hpp"
 #include "influence_columns.hpp"
+#include "readable.hpp"
 #include "recording_format.hpp"
 #include "servohil/app/recording/sample_columns.hpp"
 #include "servohil/error.hpp"
@@ -16,7 +17,7 @@ namespace servohil::app {
 namespace {
 
 hdf5::Id OpenFile(const std::string& name) {
-  if (!std::filesystem::exists(name)) throw UsageError(name + ": there is no such recording");
+  RequireReadable(name);
   if (H5Fis_hdf5(name.c_str()) <= 0) throw UsageError(name + ": is no HDF5 file");
   // A reader's mode: takes a file that is being written, and one whose writer was killed. What its writer is
   // just changing is read again, each time after twice the pause, the first of 1 ns: for up to 0.3 s. Damage
@@ -165,7 +166,7 @@ RecordingAttributes ReadAttributes(hid_t file, const std::string& name) {
 
 struct RecordingReader::Contents {
   explicit Contents(const std::filesystem::path& path)
-      : file_path(std::filesystem::is_directory(path) ? path / kRecordingFile : path),
+      : file_path(IsDirectory(path) ? path / kRecordingFile : path),
         name(file_path.string()),
         file(OpenFile(name)),
         attributes(ReadAttributes(*file, name)) {

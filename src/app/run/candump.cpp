@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string>
 
+#include "readable.hpp"
 #include "servohil/error.hpp"
 
 namespace servohil::app {
@@ -87,8 +88,8 @@ std::optional<can::Frame> ParseFrame(std::string_view text, bool& is_error_frame
 }  // namespace
 
 std::vector<can::Frame> ReadCandump(const std::filesystem::path& file) {
+  RequireReadable(file);
   std::ifstream in(file);
-  if (!in || std::filesystem::is_directory(file)) throw UsageError(file.string() + ": there is no such file");
   std::vector<can::Frame> frames;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "formatted.hpp"
+#include "readable.hpp"
 #include "servohil/app/quantity.hpp"
 #include "servohil/error.hpp"
 
@@ -285,8 +286,8 @@ void WriteSnapshot(const std::filesystem::path& file, const SnapshotFile& snapsh
 
 SnapshotFile ReadSnapshot(const std::filesystem::path& file) {
   const std::string name = file.string();
+  RequireReadable(file);
   std::ifstream in(file);
-  if (!in || std::filesystem::is_directory(file)) throw UsageError(name + ": there is no such file");
   Json whole;
   try {
     whole = ParseShallow(in);

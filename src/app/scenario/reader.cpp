@@ -13,6 +13,7 @@
 #include "expectation_reader.hpp"
 #include "fault_reader.hpp"
 #include "formatted.hpp"
+#include "readable.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
 #include "servohil/fault/schedule.hpp"
@@ -84,8 +85,7 @@ struct ScenarioFile::Contents {
 };
 
 ScenarioFile::ScenarioFile(const std::filesystem::path& file) : contents_(std::make_unique<Contents>()) {
-  if (!std::filesystem::exists(file) || std::filesystem::is_directory(file))
-    throw UsageError(file.string() + ": there is no such scenario file");
+  RequireReadable(file);
   contents_->file = file;
   contents_->name = file.string();
   std::ifstream in(file, std::ios::binary);
