@@ -194,7 +194,7 @@ def test_foreign_and_damaged_files_are_refused(snapshot, damage, says):
 
 def test_places_without_a_snapshot(tmp_path):
     assert "no such file" in refusal(tmp_path / "gone.json")
-    assert "no such file" in refusal(tmp_path)
+    assert "is a directory" in refusal(tmp_path)
 
 
 def test_a_snapshot_has_its_configuration(snapshot):
