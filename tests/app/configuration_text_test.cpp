@@ -68,7 +68,9 @@ std::string RandomSetting(const Key& key, std::mt19937_64& random) {
           const auto names = NamesOf(Value{});
           return names[random() % names.size()];
         } else if constexpr (std::is_same_v<Value, Scale>) {
-          return random() % 2 != 0 ? "[[4.0, 0.1], [20, 300]]" : "[]";
+          constexpr std::array scales{"[]", "[[4.0, 0.1], [20, 300]]",
+                                      "[[0, 0], [566666666666666666666.0, 300]]"};
+          return scales[random() % scales.size()];
         } else if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
           if (std::string_view(key.name) == "can.dbc") {
             return random() % 2 != 0 ? "'" SERVOHIL_CONFIG_DIR "/servohil.dbc'"

@@ -153,6 +153,8 @@ MISTAKES = [
     ("duration_s = 0.5", "duration = 0.5", ":2: scenario has no key duration; did you mean duration_s?"),
     ("duration_s = 0.5", "duration_s = 0.5\n[configuration]\nservo.underlap_in = 3",
      ":4: servo.underlap_in = 3: must be a number from -0.05 to 0.05 in"),
+    ("duration_s = 0.5", "duration_s = 0.5\n[configuration]\nservo.underlap_in = 566666666666666666666.0",
+     ":4: servo.underlap_in = 566666666666666688512: must be a number from -0.05 to 0.05 in"),
     ("[[fault]]", "[fault]", ":6: fault: must be tables: [[fault]]"),
     ("duration_s = 0.5", "duration_s = = 0.5", ":2: "),
 ]

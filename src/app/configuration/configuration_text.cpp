@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <string_view>
 #include <type_traits>
 #include <variant>
@@ -32,11 +33,17 @@ std::string Quoted(const std::string& text) {
 
 /// A value as TOML.
 struct AsToml {
-  /// The shortest decimal that is read back as the same number.
+  /// The shortest decimal that is read back as the same number. Without an exponent a large one would be read
+  /// as an integer, of which TOML has 64 bits.
   std::string operator()(double v) const {
+    constexpr double kLargest = 1e15;
     std::array<char, 32> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), v).ptr;
-    return {text.data(), end};
+    char* const begin = text.data();
+    char* const most = begin + text.size();
+    const bool large = std::isfinite(v) && std::abs(v) >= kLargest;
+    return {begin, (large ? std::to_chars(begin, most, v, std::chars_format::scientific)
+                          : std::to_chars(begin, most, v))
+                       .ptr};
   }
   std::string operator()(int v) const { return std::to_string(v); }
   std::string operator()(bool v) const { return v ? "true" : "false"; }

@@ -20,4 +20,10 @@ std::string Shown(const toml::node& node) {
   return text;
 }
 
+std::string AsToml(const toml::node& node) {
+  std::ostringstream out;
+  out << toml::toml_formatter(node, toml::format_flags::none);
+  return out.str();
+}
+
 }  // namespace servohil::app

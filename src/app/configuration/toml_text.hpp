@@ -1,5 +1,5 @@
 #pragma once
-/// TOML values as messages show them.
+/// TOML values as text.
 
 #include <toml++/toml.h>
 
@@ -7,7 +7,10 @@
 
 namespace servohil::app {
 
-/// As it was written, in one line; the shortest digits that are the same number.
+/// For messages: as it was written, in one line; the shortest digits that are the same number.
 std::string Shown(const toml::node& node);
+
+/// As TOML reads it: the same value, on one line or several.
+std::string AsToml(const toml::node& node);
 
 }  // namespace servohil::app

@@ -32,7 +32,7 @@ void ReadSettings(const toml::table& table, const std::string& prefix, const std
     if (const toml::table* inner = node.as_table()) {
       ReadSettings(*inner, key + ".", file, settings);
     } else if (key != "file") {
-      settings.push_back({key, Shown(node), file.string() + ":" + std::to_string(node.source().begin.line),
+      settings.push_back({key, AsToml(node), file.string() + ":" + std::to_string(node.source().begin.line),
                           file.parent_path()});
     }
   }
