@@ -26,12 +26,13 @@ cmake --build --preset release
 cmake --build --preset asan --target model_test fault_test rt_test can_test app_test servohil
 cmake --build --preset tsan --target rt_test can_test servohil
 
+pytest=(/usr/bin/python3 -m pytest -q -p no:cacheprovider)
+export PYTHONDONTWRITEBYTECODE=1 LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0
+
 # The real SocketCAN stack, in a guest whatever this kernel has: interfaces are made, removed and broken there. Its time
 # is virtual: whatever else runs meanwhile, the result is the same. On the emulated controllers it is real, and nothing
 # is judged by it.
-pytest=(/usr/bin/python3 -m pytest -q -p no:cacheprovider)
-export PYTHONDONTWRITEBYTECODE=1
-test_on_vcan() {
+on_vcan() {
   local guest=(tools/vcan-guest --timeout 600 --env "SERVOHIL_BUILD=$PWD/build/release" --env PYTHONDONTWRITEBYTECODE)
   "${guest[@]}" build/release/bin/socketcan_test --gtest_brief=1
   for file in bus bus_faults enable_trip injected_faults protection safety servohil_ci; do
@@ -41,21 +42,42 @@ test_on_vcan() {
   "${guest[@]}" --controllers --env SERVOHIL_BUS=controllers -- \
     bash -c 'build/release/bin/controller_test --gtest_brief=1 && "$@"' - "${pytest[@]}" tests/e2e/test_can_controllers.py
 }
-set -m # a process group of its own, to be ended as a whole
-test_on_vcan >build/on_vcan.log 2>&1 &
-set +m
-vcan_tests=$!
-trap 'kill -- "-$vcan_tests" 2>/dev/null || true' EXIT
 
-say "unit tests under sanitizers"
-export LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0
+# The threads: unit tests, and what has clients.
+with_thread_sanitizer() {
+  for test in rt_test can_test; do "build/tsan/bin/$test" --gtest_brief=1; done
+  SERVOHIL_BUILD=$PWD/build/tsan "${pytest[@]}" -k "not kill" tests/e2e/test_{bus,control,lockstep,recording,injected_faults,safety}.py
+}
+
+# Both beside what follows, which leaves half of two processors idle: each a process group, to be ended as a whole.
+declare -A beside
+start() {
+  set -m
+  (set -e; "$1") >"build/$1.log" 2>&1 &
+  set +m
+  beside[$1]=$!
+}
+finish() {
+  local status=0
+  wait "${beside[$1]}" || status=$?
+  unset "beside[$1]"
+  cat "build/$1.log"
+  [ "$status" = 0 ] || exit "$status"
+}
+end_all() { for group in "${beside[@]}"; do kill -- "-$group" 2>/dev/null || true; done; }
+trap end_all EXIT
+start on_vcan
+start with_thread_sanitizer
+
+say "unit tests, address and undefined-behaviour sanitizer"
 for test in model_test fault_test rt_test can_test app_test; do "build/asan/bin/$test" --gtest_brief=1; done
-for test in rt_test can_test; do "build/tsan/bin/$test" --gtest_brief=1; done
 
 # A sanitizer build of the whole program meets hostile clients and mistakes, too.
-say "whole program under sanitizers"
+say "whole program, address and undefined-behaviour sanitizer"
 SERVOHIL_BUILD=$PWD/build/asan "${pytest[@]}" tests/e2e/test_{bus,cli,control,lockstep,snapshot,injected_faults,safety,scenario,fault_can}.py
-SERVOHIL_BUILD=$PWD/build/tsan "${pytest[@]}" -k "not kill" tests/e2e/test_{bus,control,lockstep,recording,injected_faults,safety}.py
+
+say "threads under their sanitizer (since the unit tests began)"
+finish with_thread_sanitizer
 
 say "fuzzers, from their corpora"
 tools/fuzz.sh -t 3
@@ -63,11 +85,8 @@ tools/fuzz.sh -t 3
 say "release and sanitizer build step alike"
 tests/e2e/lockstep_soak.py --runs 20 --disturb --programs build/release build/asan
 
-say "whole program on the real SocketCAN stack (since the sanitizers' tests began)"
-wait "$vcan_tests" && status=0 || status=$?
-cat build/on_vcan.log
-trap - EXIT
-[ "$status" = 0 ] || exit "$status"
+say "whole program on the real SocketCAN stack (since the unit tests began)"
+finish on_vcan
 
 say "unit tests, release build"
 ctest --preset release
