@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
+#include "monotonic.hpp"
 #include "servohil/can/frame_bits.hpp"
 
 namespace servohil::can {
 namespace {
 
-constexpr std::int64_t kNsPerS = 1'000'000'000;
 constexpr std::int64_t kWindowNs = 100'000'000;
 /// Of the others, each with a queue of its own: 1024 frames are more than a quarter of a second at 500
 /// kbit/s.

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <utility>
+#include "monotonic.hpp"
 
 namespace servohil::can {
 namespace {
 
-constexpr std::int64_t kNsPerMs = 1'000'000;
 /// A fault is over when it has not been seen for so long: it is told once, not by frame.
-constexpr std::int64_t kHoldNs = 1'000'000'000;
+constexpr std::int64_t kHoldNs = kNsPerS;
 /// So many destroyed frames with nothing good between them are no accident: a sender that is disturbed gives
 /// up (bus-off) after 32, and tries a good bus again before that.
 constexpr std::uint64_t kMismatchFrames = 20;

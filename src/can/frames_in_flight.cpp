@@ -6,15 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <ctime>
+#include "monotonic.hpp"
 
 namespace servohil::can {
 namespace {
-
-std::int64_t NowNs() noexcept {
-  timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * 1'000'000'000LL + now.tv_nsec;
-}
 
 /// Memory of frames that the socket has sent and the kernel still holds.
 std::uint32_t BytesHeld(int socket) noexcept {
@@ -32,11 +27,11 @@ bool FramesInFlight::AreStuck(int socket) noexcept {
   frame_bytes_ = frame_bytes_ == 0 ? held : std::min(frame_bytes_, held);
   const std::size_t frames = std::clamp<std::size_t>(held / frame_bytes_, 1, kMost);
   const std::int64_t oldest_ns = sent_ns_[(next_ + kMost - frames) % kMost];
-  return NowNs() - oldest_ns > kMostAgeNs;
+  return MonotonicNs() - oldest_ns > kMostAgeNs;
 }
 
 void FramesInFlight::AddOne() noexcept {
-  sent_ns_[next_] = NowNs();
+  sent_ns_[next_] = MonotonicNs();
   next_ = (next_ + 1) % kMost;
 }
 

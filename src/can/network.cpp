@@ -10,6 +10,7 @@
 #include <ctime>
 #include <system_error>
 
+#include "monotonic.hpp"
 #include "realtime_clock.hpp"
 #include "servohil/error.hpp"
 
@@ -22,10 +23,6 @@ constexpr std::chrono::milliseconds kRetry{10};  // how often a bus that cannot 
 constexpr std::chrono::nanoseconds kEndless = std::chrono::hours(24);
 constexpr short kInput = POLLIN;
 constexpr int kMostAtOnce = 64;  // a flood does not keep the receiver from what has passed
-
-std::int64_t NowNs() noexcept {
-  return std::chrono::nanoseconds(Clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 
@@ -85,7 +82,7 @@ std::optional<Frame> Network::ReceiveThroughModel() noexcept {
     if (!frame) break;
     if (frame->error) return frame;
     const std::lock_guard lock(model_mutex_);
-    model_->Offer(*frame, BusModel::From::kOthers, NowNs());
+    model_->Offer(*frame, BusModel::From::kOthers, MonotonicNs());
   }
   return TakePassed();
 }
@@ -94,7 +91,7 @@ std::optional<Frame> Network::ReceiveThroughModel() noexcept {
 std::optional<Frame> Network::TakePassed() noexcept {
   for (;;) {
     std::unique_lock lock(model_mutex_);
-    std::optional<BusModel::Passed> passed = model_->Next(NowNs());
+    std::optional<BusModel::Passed> passed = model_->Next(MonotonicNs());
     lock.unlock();
     if (!passed) return std::nullopt;
     if (passed->from == BusModel::From::kOthers) {
@@ -110,7 +107,7 @@ std::chrono::nanoseconds Network::UntilModelMoves(std::chrono::nanoseconds most)
   const std::lock_guard lock(model_mutex_);
   const std::optional<std::int64_t> end_ns = model_->NextEnd();
   if (!end_ns) return most;
-  return std::min(most, std::chrono::nanoseconds(std::max<std::int64_t>(*end_ns - NowNs(), 0)));
+  return std::min(most, std::chrono::nanoseconds(std::max<std::int64_t>(*end_ns - MonotonicNs(), 0)));
 }
 
 void Network::WaitForInput(std::chrono::nanoseconds timeout) noexcept {
@@ -125,7 +122,6 @@ void Network::WaitForInput(std::chrono::nanoseconds timeout) noexcept {
   }
   if (retry) timeout = std::min<std::chrono::nanoseconds>(timeout, kRetry);
   timeout = UntilModelMoves(timeout);
-  constexpr std::int64_t kNsPerS = 1'000'000'000;
   const timespec most{timeout.count() / kNsPerS, timeout.count() % kNsPerS};
   const int ready = ::ppoll(descriptors.data(), descriptors.size(), &most, nullptr);
   // Wake() stays, Poke() is once.
@@ -164,7 +160,7 @@ SendResult Network::Send(const Frame& frame) noexcept {
   bool accepted = false;
   {
     const std::lock_guard lock(model_mutex_);
-    accepted = model_->Offer(frame, BusModel::From::kUs, NowNs());
+    accepted = model_->Offer(frame, BusModel::From::kUs, MonotonicNs());
   }
   Poke();
   return accepted ? SendResult::kSent : SendResult::kQueueFull;

@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "data_length.hpp"
+#include "monotonic.hpp"
 #include "servohil/can/interface_state.hpp"
 #include "servohil/error.hpp"
 
@@ -62,7 +63,6 @@ struct Control {
 };
 
 Control ReadControl(msghdr& message) noexcept {
-  constexpr std::int64_t kNsPerS = 1'000'000'000;
   Control control;
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
     if (part->cmsg_level != SOL_SOCKET) continue;

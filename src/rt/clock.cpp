@@ -5,7 +5,6 @@
 
 namespace servohil::rt {
 namespace {
-constexpr std::int64_t kNsPerS = 1'000'000'000;
 
 std::int64_t NowNs(clockid_t clock) noexcept {
   timespec t{};

@@ -11,7 +11,7 @@ namespace servohil::can {
 namespace {
 
 constexpr std::int64_t kUs = 1'000;
-constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kNsPerMs = 1'000'000;
 
 Frame FrameOf(std::uint32_t id, int size_bytes = 8, bool extended = false) {
   Frame frame;
@@ -44,12 +44,12 @@ TEST(BusModel, AFrameTakesItsWorstCaseTime) {
   for (const auto& [bit_rate, us] :
        std::vector<std::pair<std::uint32_t, int>>{{500'000, 270}, {1'000'000, 135}, {125'000, 1080}}) {
     BusModel bus = At(bit_rate);
-    ASSERT_TRUE(bus.Offer(FrameOf(0x100), kOurs, 5 * kMs));
-    EXPECT_EQ(bus.NextEnd(), 5 * kMs + us * kUs);
-    EXPECT_FALSE(bus.Next(5 * kMs + us * kUs - 1));
-    const auto passed = bus.Next(5 * kMs + us * kUs);
+    ASSERT_TRUE(bus.Offer(FrameOf(0x100), kOurs, 5 * kNsPerMs));
+    EXPECT_EQ(bus.NextEnd(), 5 * kNsPerMs + us * kUs);
+    EXPECT_FALSE(bus.Next(5 * kNsPerMs + us * kUs - 1));
+    const auto passed = bus.Next(5 * kNsPerMs + us * kUs);
     ASSERT_TRUE(passed);
-    EXPECT_EQ(passed->end_ns, 5 * kMs + us * kUs);
+    EXPECT_EQ(passed->end_ns, 5 * kNsPerMs + us * kUs);
     EXPECT_FALSE(bus.NextEnd());
   }
 }
@@ -74,7 +74,7 @@ TEST(BusModel, TheArbitrationFieldDecides) {
     BusModel bus = At(500'000);
     for (const Frame& frame : offered) bus.Offer(frame, round % 2 == 0 ? kOurs : kTheirs, 0);
     for (const Frame& expected : in_order) {
-      const auto passed = bus.Next(kMs * 100);
+      const auto passed = bus.Next(kNsPerMs * 100);
       ASSERT_TRUE(passed);
       EXPECT_EQ(passed->frame.id, expected.id);
       EXPECT_EQ(passed->frame.extended, expected.extended);
@@ -90,7 +90,7 @@ TEST(BusModel, AFrameThatHasBegunIsNotInterrupted) {
   bus.Offer(FrameOf(0x001), kOurs, 270 * kUs);  // in time for the next arbitration, to the nanosecond
   bus.Offer(FrameOf(0x000), kOurs, 270 * kUs + 1);
   std::vector<std::uint32_t> ids;
-  while (const auto passed = bus.Next(kMs * 10)) ids.push_back(passed->frame.id);
+  while (const auto passed = bus.Next(kNsPerMs * 10)) ids.push_back(passed->frame.id);
   EXPECT_EQ(ids, (std::vector<std::uint32_t>{0x7FF, 0x001, 0x000, 0x300}));
 }
 
@@ -124,14 +124,14 @@ std::vector<std::int64_t> Responses(BusModel& bus, const std::vector<Periodic>& 
 TEST(BusModel, TheExampleThatRefutedTheEarlierAnalysis) {
   const std::vector<Periodic> abc = {{2'500 * kUs, 7}, {3'500 * kUs, 7}, {3'500 * kUs, 7}};
   BusModel bus = At(125'000);
-  EXPECT_EQ(bus.DurationNs(FrameOf(0, 7)), kMs);
-  const std::vector<std::int64_t> c = Responses(bus, abc, 2, 7 * kMs);
-  EXPECT_EQ(c, (std::vector<std::int64_t>{3 * kMs, 3'500 * kUs}));
+  EXPECT_EQ(bus.DurationNs(FrameOf(0, 7)), kNsPerMs);
+  const std::vector<std::int64_t> c = Responses(bus, abc, 2, 7 * kNsPerMs);
+  EXPECT_EQ(c, (std::vector<std::int64_t>{3 * kNsPerMs, 3'500 * kUs}));
   // A and B may be blocked by C: 2 and 3 ms in the paper.
   BusModel blocked = At(125'000);
-  EXPECT_EQ(Responses(blocked, {abc[0]}, 0, 2'400 * kUs, 7).at(0), 2 * kMs - 1);
+  EXPECT_EQ(Responses(blocked, {abc[0]}, 0, 2'400 * kUs, 7).at(0), 2 * kNsPerMs - 1);
   BusModel blocked_b = At(125'000);
-  EXPECT_EQ(Responses(blocked_b, {abc[0], abc[1]}, 1, 3'400 * kUs, 7).at(0), 3 * kMs - 1);
+  EXPECT_EQ(Responses(blocked_b, {abc[0], abc[1]}, 1, 3'400 * kUs, 7).at(0), 3 * kNsPerMs - 1);
 }
 
 /// Davis et al., eqs. (4) to (9): the longest response within the busy period, exact. `resolution_ns` is
@@ -217,7 +217,7 @@ TEST(BusModel, TellsHowMuchWasAskedOfTheBus) {
     while (bus.Next(i * 200 * kUs)) continue;
   }
   EXPECT_NEAR(bus.Statistics().worst_load, 1.0017, 1e-9);
-  for (int i = 0; i < 1000; ++i) bus.Offer(FrameOf(0x000), kTheirs, 200 * kMs + i * 10 * kMs);
+  for (int i = 0; i < 1000; ++i) bus.Offer(FrameOf(0x000), kTheirs, 200 * kNsPerMs + i * 10 * kNsPerMs);
   EXPECT_NEAR(bus.Statistics().worst_load, 1.0017, 1e-9) << "the worst";
 }
 

@@ -50,7 +50,7 @@ def test_rests_until_the_first_command(start, connect):
     assert {frame["V3"] for frame in frames if frame.name == "SERVO_Position"} == {0.0}
     for p1_psi in p1_of(frames):
         assert abs(p1_psi - REST_P1_PSI) < rounding(client.resolution("SERVO_Pressures", "P1_Applied"))
-    status = next(frame for frame in frames if frame.name == "SERVO_Status")
+    status = client.newest("SERVO_Status")
     assert (status["Mode"], status["ModelFault"], status["Stuck"], status["ActiveFaults"]) == (WAITING, 0, 0, 0)
     result = emulator.stop()
     assert result.count["commands"] == 0 and result.x3_in == 4.0
@@ -347,7 +347,7 @@ def test_late_ticks_make_the_run_invalid(start, connect):
     let_time_pass(0.3)
     emulator.signal(signal.SIGCONT)
     client.newest("SERVO_Position", lambda f: f["Tick"] > before + 3000)
-    frames = client.for_ticks(2000)
+    frames = [*client.for_ticks(2000), client.newest("SERVO_Status"), client.newest("SERVO_Status")]
     assert {tick % (10 * TICKS_PER_MS) for tick in ticks_of(frames)} == {0}
     statuses = [frame for frame in frames if frame.name == "SERVO_Status"]
     assert {frame["TimingValid"] for frame in statuses} == {0}

@@ -119,8 +119,8 @@ def test_a_stolen_cpu_is_a_late_wake(start, connect, tmp_path):
     client = connect(emulator)
     client.newest("SERVO_Status")
     spun_s = steal(cpu)
-    frames = client.for_ticks(3000)
-    assert next(f for f in reversed(frames) if f.name == "SERVO_Status")["TimingValid"] == 0
+    client.for_ticks(3000)
+    assert client.newest("SERVO_Status")["TimingValid"] == 0
     result = emulator.stop(may_be_late=True)
     told = statistics_of(stats, result)
     assert result.late_ticks >= least_late_ticks(spun_s)

@@ -16,11 +16,11 @@ namespace servohil::rt {
 namespace {
 
 /// Wider than any atomic access; all words are the same unless it was torn.
-struct Wide {
+struct WiderThanAtomic {
   std::array<std::uint64_t, 24> words{};
 
-  Wide() = default;
-  explicit Wide(std::uint64_t number) { words.fill(number); }
+  WiderThanAtomic() = default;
+  explicit WiderThanAtomic(std::uint64_t number) { words.fill(number); }
   std::uint64_t Number() const { return words[0]; }
   bool IsTorn() const {
     for (const std::uint64_t word : words) {
@@ -62,13 +62,13 @@ class ChannelStress : public ::testing::TestWithParam<unsigned> {};  // seed
 INSTANTIATE_TEST_SUITE_P(Seeds, ChannelStress, ::testing::Range(1U, 5U));
 
 TEST_P(ChannelStress, RingAccountsForEveryItem) {
-  Ring<Wide, 16> ring;
+  Ring<WiderThanAtomic, 16> ring;
   std::atomic<bool> done{false};
   std::uint64_t accepted = 0;  // the producer's until it is joined
   std::thread producer([&] {
     Pace pace(GetParam());
     for (std::uint64_t i = 1; i <= kItems; ++i) {
-      if (ring.TryPush(Wide(i))) ++accepted;
+      if (ring.TryPush(WiderThanAtomic(i))) ++accepted;
       pace.Wait();
     }
     done = true;
@@ -77,7 +77,7 @@ TEST_P(ChannelStress, RingAccountsForEveryItem) {
   std::uint64_t received = 0;
   std::uint64_t last = 0;
   for (bool last_round = false;;) {
-    Wide item;
+    WiderThanAtomic item;
     if (ring.TryPop(item)) {
       ASSERT_FALSE(item.IsTorn());
       ASSERT_GT(item.Number(), last) << "doubled or out of order";
@@ -96,17 +96,17 @@ TEST_P(ChannelStress, RingAccountsForEveryItem) {
 }
 
 TEST_P(ChannelStress, MailboxGivesWholeValuesInOrderAndTheLast) {
-  Mailbox<Wide> box;
+  Mailbox<WiderThanAtomic> box;
   std::thread producer([&] {
     Pace pace(GetParam());
     for (std::uint64_t i = 1; i <= kItems; ++i) {
-      box.Put(Wide(i));
+      box.Put(WiderThanAtomic(i));
       pace.Wait();
     }
   });
   Pace pace(GetParam() + 1'000);
   for (std::uint64_t last = 0; last < kItems;) {
-    Wide item;
+    WiderThanAtomic item;
     if (box.Take(item)) {
       ASSERT_FALSE(item.IsTorn());
       ASSERT_GT(item.Number(), last) << "twice, or an older one";
@@ -115,7 +115,7 @@ TEST_P(ChannelStress, MailboxGivesWholeValuesInOrderAndTheLast) {
     pace.Wait();
   }
   producer.join();
-  Wide item;
+  WiderThanAtomic item;
   EXPECT_FALSE(box.Take(item)) << "the last was taken";
 }
 

@@ -5,6 +5,9 @@
 
 namespace servohil::rt {
 
+inline constexpr std::int64_t kNsPerS = 1'000'000'000;
+inline constexpr std::int64_t kNsPerMs = 1'000'000;
+
 /// CLOCK_MONOTONIC. Real-time safe (vDSO).
 std::int64_t MonotonicNs() noexcept;
 

@@ -14,7 +14,7 @@
 namespace servohil::app {
 namespace {
 
-struct Options {
+struct CheckOptions {
   ConfigurationOptions configuration;
   double duration_s = 30.0;
   std::string json;
@@ -45,7 +45,7 @@ void AddRefusals(check::Findings& findings, const rt::Shortcomings& missing) {
   for (const std::string& one : missing) findings.push_back({"real time", check::Grade::kBad, one, ""});
 }
 
-int Check(const Options& options) {
+int Check(const CheckOptions& options) {
   const Configuration configuration = options.configuration.Load();
   const model::SteadyState start =
       RequireSteadyStateAt(model::Derived(configuration.model), configuration.start_x3_in);
@@ -69,7 +69,7 @@ int Check(const Options& options) {
 }  // namespace
 
 void AddCheckCommand(CLI::App& program, int& exit_status) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CheckOptions>();
   CLI::App& command = *program.add_subcommand(
       "check", "Qualifies this machine as a bench: settings, limits, the loop under load");
   options->configuration.AddTo(command);

@@ -16,7 +16,7 @@
 namespace servohil::app {
 namespace {
 
-struct Options {
+struct DbcOptions {
   ConfigurationOptions configuration;
   std::filesystem::path log;
   bool json = false;
@@ -48,7 +48,7 @@ std::string Line(const can::Message& message, const Contract& contract, const ca
 }
 
 /// Each frame that the files describe, an object a line.
-void DecodeLogToJson(const Options& options, const Contract& contract) {
+void DecodeLogToJson(const DbcOptions& options, const Contract& contract) {
   for (const can::Frame& frame : ReadCandump(options.log)) {
     const can::Message* const message = MessageOf(contract, frame);
     if (message == nullptr) continue;
@@ -58,7 +58,7 @@ void DecodeLogToJson(const Options& options, const Contract& contract) {
   }
 }
 
-void DecodeLog(const Options& options, const Contract& contract) {
+void DecodeLog(const DbcOptions& options, const Contract& contract) {
   std::map<std::string, unsigned long long> known;
   std::map<Id, unsigned long long> unknown;
   const std::vector<can::Frame> frames = ReadCandump(options.log);
@@ -84,7 +84,7 @@ void DecodeLog(const Options& options, const Contract& contract) {
 }  // namespace
 
 void AddDbcCommand(CLI::App& program, int& exit_status) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DbcOptions>();
   CLI::App& command = *program.add_subcommand(
       "dbc",
       "What will be received and sent: messages, signals, conversions, bus load; or decodes a candump log");

@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-struct Options {
+struct FaultOptions {
   std::string socket;
   std::string fault;
   std::vector<std::string> parameters;
@@ -26,12 +26,12 @@ struct Options {
   bool markdown = false;
 };
 
-control::Client Connect(const Options& options) {
+control::Client Connect(const FaultOptions& options) {
   return control::Client(control::ClientSocket(options.socket));
 }
 
 /// "fraction=0.02" → {"fraction": 0.02}; what is no number is a text: "signal=x3".
-Json ParametersOf(const Options& options) {
+Json ParametersOf(const FaultOptions& options) {
   Json parameters = Json::object();
   for (const std::string& text : options.parameters) {
     const std::size_t equals = text.find('=');
@@ -55,7 +55,7 @@ int Judge(const Json& answer) {
   return kExitUsage;
 }
 
-int Inject(const Options& options) {
+int Inject(const FaultOptions& options) {
   const Json answer = Connect(options).Ask(
       {{"request", "inject"}, {"fault", options.fault}, {"parameters", ParametersOf(options)}});
   if (answer.value("result", "") == "APPLIED") {
@@ -68,7 +68,7 @@ int Inject(const Options& options) {
   return Judge(answer);
 }
 
-int Clear(const Options& options) {
+int Clear(const FaultOptions& options) {
   if (options.fault.empty() != options.all)
     throw UsageError("fault clear: expected the name of a fault, or --all");
   Json request = {{"request", "clear"}};
@@ -96,7 +96,7 @@ std::string StateOf(const Json& injected) {
 }
 
 /// All there are; with the state of those that are injected, where a run can be asked.
-int List(const Options& options) {
+int List(const FaultOptions& options) {
   if (options.markdown) {
     std::cout << FaultDocument();
     return kExitOk;
@@ -138,7 +138,7 @@ std::string CommonText(const CommonParameter& p) {
                    preset.c_str());
 }
 
-int Show(const Options& options) {
+int Show(const FaultOptions& options) {
   const fault::Spec& spec = RequireFault(options.fault);
   std::cout << spec.name << " (" << fault::NameOf(spec.part) << ")\n  " << spec.effect << '\n';
   for (const fault::ParameterSpec& p : spec.parameters) {
@@ -154,7 +154,7 @@ int Show(const Options& options) {
   return kExitOk;
 }
 
-void AddSocket(CLI::App& command, Options& options) {
+void AddSocket(CLI::App& command, FaultOptions& options) {
   command.add_option("--control", options.socket, "control socket of the run; default: as `servohil run`'s")
       ->type_name("PATH");
 }
@@ -162,11 +162,11 @@ void AddSocket(CLI::App& command, Options& options) {
 }  // namespace
 
 void AddFaultCommand(CLI::App& program, int& exit_status) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FaultOptions>();
   CLI::App& command =
       *program.add_subcommand("fault", "Injects faults into a running emulator, lists, clears them");
   command.require_subcommand(1);
-  const auto add = [&](const char* name, const char* description, int (*act)(const Options&)) {
+  const auto add = [&](const char* name, const char* description, int (*act)(const FaultOptions&)) {
     CLI::App* sub = command.add_subcommand(name, description);
     AddSocket(*sub, *options);
     sub->callback([options, act, &exit_status] { exit_status = act(*options); });

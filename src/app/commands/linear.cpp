@@ -9,7 +9,7 @@
 namespace servohil::app {
 namespace {
 
-struct Options {
+struct CommandOptions {
   ConfigurationOptions configuration;
   LinearOptions linear;
   std::vector<std::string> map;
@@ -17,7 +17,7 @@ struct Options {
   bool json = false;
 };
 
-void Linear(Options options) {
+void AnalyseOrMap(CommandOptions options) {
   if (!options.linear.x3_in && !options.linear.p1_psi)
     throw UsageError("linear: --x3 IN or --p1 PSI is required");
   if (options.map.empty() != options.output.empty())
@@ -36,7 +36,7 @@ void Linear(Options options) {
 }  // namespace
 
 void AddLinearCommand(CLI::App& program, int& exit_status) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CommandOptions>();
   LinearOptions& linear = options->linear;
   CLI::App& command = *program.add_subcommand(
       "linear", "Linear model at an operating point: poles, transfer function, margins, stability map");
@@ -85,7 +85,7 @@ void AddLinearCommand(CLI::App& program, int& exit_status) {
       "that of the sliding, frictionless piston. Margins: the loop is broken where the cam sets the bushing "
       "(x4).");
   command.callback([options, &exit_status] {
-    Linear(*options);
+    AnalyseOrMap(*options);
     exit_status = kExitOk;
   });
 }

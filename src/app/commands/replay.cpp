@@ -22,7 +22,7 @@
 namespace servohil::app {
 namespace {
 
-struct Options {
+struct ReplayOptions {
   std::filesystem::path path;
   ConfigurationOptions configuration;
   std::optional<double> until_s;
@@ -40,7 +40,7 @@ struct Rerun {
   std::uint64_t end_tick = 0;
 };
 
-std::uint64_t EndTick(const Options& options, std::uint64_t last_tick) {
+std::uint64_t EndTick(const ReplayOptions& options, std::uint64_t last_tick) {
   if (!options.until_s) return last_tick;
   const auto until = TicksOf(*options.until_s);
   return std::min(until, last_tick);
@@ -169,7 +169,7 @@ std::filesystem::path WhatIfDirectory(std::filesystem::path recording) {
   return name;
 }
 
-int ReplayRecording(const Options& options) {
+int ReplayRecording(const ReplayOptions& options) {
   const RecordingReader reader(options.path);
   TellWhatItIs(reader);
   const TemporaryConfiguration texts(reader.Attributes());
@@ -199,7 +199,7 @@ int ReplayRecording(const Options& options) {
 }
 
 /// Any candump log: its command frames, at the ticks of their time stamps.
-int ReplayLog(const Options& options) {
+int ReplayLog(const ReplayOptions& options) {
   const std::vector<can::Frame> frames = ReadCandump(options.path);
   if (frames.empty()) throw UsageError(options.path.string() + ": there is no frame in it");
   Rerun rerun;
@@ -231,7 +231,7 @@ int ReplayLog(const Options& options) {
   return JudgeRun(end, 0).Valid() ? kExitOk : kExitNotValid;
 }
 
-int Replay(const Options& options) {
+int Replay(const ReplayOptions& options) {
   const bool directory = IsDirectory(options.path);
   if (!directory) RequireReadable(options.path);
   const bool recording = directory || options.path.extension() == ".h5";
@@ -246,7 +246,7 @@ int Replay(const Options& options) {
 }  // namespace
 
 void AddReplayCommand(CLI::App& program, int& exit_status) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   CLI::App& command = *program.add_subcommand("replay",
                                               "Runs a recording again and compares, tick by tick, bit for "
                                               "bit; with --set: what if. Or drives the model "

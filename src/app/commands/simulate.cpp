@@ -21,7 +21,7 @@
 namespace servohil::app {
 namespace {
 
-struct Options {
+struct SimulateOptions {
   ConfigurationOptions configuration;
   std::optional<double> x3_in;
   double duration_s = 0.0;
@@ -34,7 +34,7 @@ struct Options {
 };
 
 /// P1 over time: the steady state's, then each value from its tick on.
-std::vector<Influence> P1Over(double rest_psi, const Options& options) {
+std::vector<Influence> P1Over(double rest_psi, const SimulateOptions& options) {
   std::vector<Influence> changes = {CommandAfter(0, rest_psi + options.p1_step_psi.value_or(0.0))};
   if (options.p1_file.empty()) return changes;
   const std::vector<Influence> script = ReadP1Script(options.p1_file);
@@ -98,14 +98,14 @@ int Report(const Sample& end) {
 }
 
 /// Nothing where there is no --record.
-std::unique_ptr<Recorder> OpenRecording(const Options& options, const Configuration& configuration) {
+std::unique_ptr<Recorder> OpenRecording(const SimulateOptions& options, const Configuration& configuration) {
   if (options.recording.directory.empty()) return nullptr;
   const Contract contract(configuration);
   return options.recording.Open(DescribeConfiguration(configuration), contract, "fast", std::nullopt, {});
 }
 
 /// Without a scenario: commands from the options. With one: commands, faults and what is expected.
-int Simulate(const Options& options) {
+int Simulate(const SimulateOptions& options) {
   const auto file = options.scenario.Open();
   Configuration configuration = LoadFor(file.get(), options.configuration);
   configuration.start_x3_in = options.x3_in.value_or(configuration.start_x3_in);
@@ -150,7 +150,7 @@ int Simulate(const Options& options) {
 }  // namespace
 
 void AddSimulateCommand(CLI::App& program, int& exit_status) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateOptions>();
   CLI::App& command =
       *program.add_subcommand("simulate", "Simulates from the steady state, as fast as it goes, to CSV");
   options->configuration.AddTo(command);

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-struct Options {
+struct StatusOptions {
   std::string socket;
   bool watch = false;
   bool json = false;
@@ -33,7 +33,7 @@ std::string Describe(control::Client& client, bool json) {
   return control::StatusView(status, client.Ask({{"request", "faults"}}));
 }
 
-int Run(const Options& options) {
+int ShowStatus(const StatusOptions& options) {
   control::Client client(control::ClientSocket(options.socket));
   if (!options.watch) {
     std::cout << Describe(client, options.json);
@@ -57,7 +57,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddStatusCommand(CLI::App& program, int& exit_status) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StatusOptions>();
   CLI::App& command =
       *program.add_subcommand("status", "State of a running emulator: values, bars, faults, warnings");
   command
@@ -66,7 +66,7 @@ void AddStatusCommand(CLI::App& program, int& exit_status) {
       ->type_name("PATH");
   command.add_flag("--watch", options->watch, "twice a second, until Ctrl-C or the end of the run");
   command.add_flag("--json", options->json, "the answer of the control socket, a line each");
-  command.callback([options, &exit_status] { exit_status = Run(*options); });
+  command.callback([options, &exit_status] { exit_status = ShowStatus(*options); });
 }
 
 }  // namespace servohil::app

@@ -12,7 +12,7 @@
 namespace servohil::app {
 namespace {
 
-struct Options {
+struct SteadyOptions {
   ConfigurationOptions configuration;
   std::optional<double> x3_in;
   std::optional<double> p1_psi;
@@ -101,7 +101,7 @@ model::SteadyState RequireSteadyStateForP1(const model::Derived& derived, double
 }
 
 void AddSteadyCommand(CLI::App& program, int& exit_status) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SteadyOptions>();
   CLI::App& command =
       *program.add_subcommand("steady", "Steady state for a piston position or a control pressure");
   options->configuration.AddTo(command);

@@ -10,14 +10,14 @@
 namespace servohil::app {
 namespace {
 
-struct Options {
+struct ThesisOptions {
   ConfigurationOptions configuration;
   std::string plots;
   bool json = false;
   bool markdown = false;
 };
 
-int Thesis(const Options& options) {
+int Thesis(const ThesisOptions& options) {
   const thesis::MakeCase make = [&](const thesis::Row& row) {
     return thesis::LoadCase(options.configuration, row);
   };
@@ -44,7 +44,7 @@ int Thesis(const Options& options) {
 }  // namespace
 
 void AddThesisCommand(CLI::App& program, int& exit_status) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ThesisOptions>();
   CLI::App& command = *program.add_subcommand(
       "thesis", "Recomputes the source's printed numbers, tables and figures, each beside what it prints");
   options->configuration.AddTo(command);

@@ -32,7 +32,7 @@ std::string Quoted(const std::string& text) {
 }
 
 /// A value as TOML.
-struct AsToml {
+struct TomlOf {
   /// The shortest decimal that is read back as the same number. Without an exponent a large one would be read
   /// as an integer, of which TOML has 64 bits.
   std::string operator()(double v) const {
@@ -66,20 +66,20 @@ struct AsToml {
 };
 
 std::string SignalToml(const SignalSettings& signal) {
-  if (signal.constant) return AsToml{}(*signal.constant);
+  if (signal.constant) return TomlOf{}(*signal.constant);
   if (signal.raw) return "{ raw = " + std::to_string(*signal.raw) + " }";
   std::string text = "{ quantity = " + Quoted(signal.quantity);
   if (!signal.unit.empty()) text += ", unit = " + Quoted(signal.unit);
-  if (!signal.scale.empty()) text += ", scale = " + AsToml{}(signal.scale);
+  if (!signal.scale.empty()) text += ", scale = " + TomlOf{}(signal.scale);
   if (signal.may_clip) text += ", may_clip = true";
   return text + " }";
 }
 
 std::string ProtectionToml(const ProtectionSettings& protection) {
   if (protection.profile == can::E2eProfile::kNone) return {};
-  std::string text = "e2e = " + AsToml{}(protection.profile) + '\n';
+  std::string text = "e2e = " + TomlOf{}(protection.profile) + '\n';
   if (protection.data_id != can::kNoDataId) text += "data_id = " + std::to_string(protection.data_id) + '\n';
-  text += "data_id_mode = " + AsToml{}(protection.data_id_mode) + '\n';
+  text += "data_id_mode = " + TomlOf{}(protection.data_id_mode) + '\n';
   if (!protection.counter.empty()) text += "counter = " + Quoted(protection.counter) + '\n';
   if (!protection.checksum.empty()) text += "checksum = " + Quoted(protection.checksum) + '\n';
   return text;
@@ -118,7 +118,7 @@ std::string ConfigurationToml(const Configuration& configuration) {
       text += (text.empty() ? "[" : "\n[") + std::string(section) + "]\n";
     }
     text += std::string(name.substr(dot + 1)) + " = ";
-    text += std::visit([&](auto place) { return AsToml{}(place(c)); }, key.place);
+    text += std::visit([&](auto place) { return TomlOf{}(place(c)); }, key.place);
     if (*key.unit != 0) text += std::string("  # ") + key.unit;
     text += '\n';
   }

@@ -292,7 +292,7 @@ constexpr std::array kKeys = std::to_array<Key>({
 });
 
 /// A value as it would stand in the file.
-struct Shown {
+struct ShownDefault {
   std::string operator()(double v) const {
     std::ostringstream out;
     out << v;
@@ -328,7 +328,8 @@ std::string DescribeKeys() {
   Configuration defaults;
   std::ostringstream out;
   for (const Key& key : kKeys) {
-    const std::string value = std::visit([&](auto place) { return Shown{}(place(defaults)); }, key.place);
+    const std::string value =
+        std::visit([&](auto place) { return ShownDefault{}(place(defaults)); }, key.place);
     out << "  " << key.name << " = " << value << (*key.unit != 0 ? " " : "") << key.unit;
     if (key.minimum < key.maximum) out << "  [" << key.minimum << " to " << key.maximum << "]";
     out << "\n      " << key.meaning << '\n';

@@ -1,4 +1,5 @@
 #include "servohil/app/command_guard.hpp"
+#include "servohil/rt/clock.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +7,6 @@
 namespace servohil::app {
 namespace {
 
-constexpr std::int64_t kNsPerMs = 1'000'000;
-constexpr double kNsPerS = 1e9;
 /// Of a rate: what a signal's resolution may add to a change that is meant to be within it.
 constexpr double kRounding = 1.0 + 1e-9;
 
@@ -64,7 +63,7 @@ void CommandGuard::TakeCondition(const Demand& demand, const FrameTime& time) no
 }
 
 bool CommandGuard::IsStale(const FrameTime& time) const noexcept {
-  return settings_.max_age_ms != 0 && time.age_ns > settings_.max_age_ms * kNsPerMs;
+  return settings_.max_age_ms != 0 && time.age_ns > settings_.max_age_ms * rt::kNsPerMs;
 }
 
 FrameVerdict CommandGuard::JudgeSequence(const can::Frame& frame) noexcept {
@@ -78,8 +77,8 @@ FrameVerdict CommandGuard::JudgeValue(double p1_psi, const FrameTime& time) cons
   if (!(p1_psi >= settings_.p1_minimum_psi && p1_psi <= settings_.p1_maximum_psi))
     return FrameVerdict::kOutOfRange;
   if (settings_.p1_rate_psi_s > 0.0 && newest_.counts.Valid() > 0) {
-    const double elapsed_s =
-        std::max(cycle_s_, static_cast<double>(time.time_ns - newest_time_ns_) / kNsPerS);
+    const double elapsed_s = std::max(
+        cycle_s_, static_cast<double>(time.time_ns - newest_time_ns_) / static_cast<double>(rt::kNsPerS));
     if (std::fabs(p1_psi - newest_.p1_psi) > settings_.p1_rate_psi_s * elapsed_s * kRounding)
       return FrameVerdict::kTooFast;
   }

@@ -15,7 +15,6 @@
 namespace servohil::app {
 namespace {
 
-constexpr double kNsPerMs = 1e6;
 /// The sender looks for work this long after the simulation's deadlines: enough for the ticks of one wake-up
 /// (1000 ticks: 0.2 ms, tools/bench.sh), a small part of any published cycle.
 constexpr std::int64_t kSenderDelayNs = 50'000;
@@ -34,9 +33,9 @@ TaskOptions TaskOptionsOf(const EmulatorOptions& options, const Contract& contra
   task.safety = LawOf(options.safety);
   if (options.clock == Clock::kReal) {
     task.cycle_ticks = contract.Cycles();
-    task.max_age_ns = static_cast<std::int64_t>(options.safety.max_age_ms * kNsPerMs);
+    task.max_age_ns = options.safety.max_age_ms * rt::kNsPerMs;
     task.stall = [](double ms) noexcept {
-      rt::SleepUntil(rt::MonotonicNs() + static_cast<std::int64_t>(ms * kNsPerMs));
+      rt::SleepUntil(rt::MonotonicNs() + static_cast<std::int64_t>(ms * double{rt::kNsPerMs}));
     };
   }
   task.tell_lateness = contract.MessagesCarrying("recent_lateness_ms");

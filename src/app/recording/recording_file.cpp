@@ -16,15 +16,15 @@
 #include "servohil/error.hpp"
 #include "servohil/fault/catalogue.hpp"
 #include "servohil/model/step.hpp"
+#include "servohil/rt/clock.hpp"
 
 namespace servohil::app {
 namespace {
 
-constexpr std::int64_t kNsPerMs = 1'000'000;
 /// A row waits this long for its chunk to fill, and the file then this long for its flush: 0.7 s of the one
 /// second that a kill may cost.
-constexpr std::int64_t kRowWaitNs = 500 * kNsPerMs;
-constexpr std::int64_t kFlushEveryNs = 200 * kNsPerMs;
+constexpr std::int64_t kRowWaitNs = 500 * rt::kNsPerMs;
+constexpr std::int64_t kFlushEveryNs = 200 * rt::kNsPerMs;
 /// Rows of a chunk: those of 0.41 s in real time, so that a chunk fills before its rows have waited too long
 /// and is packed once.
 constexpr std::uint64_t kTicksPerChunk = 4'096;

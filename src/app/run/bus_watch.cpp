@@ -15,12 +15,11 @@ namespace {
 constexpr std::int64_t kLookEveryNs = 100'000'000;
 /// The kernel is asked for the controller's state, which may take an adapter a while.
 constexpr std::int64_t kAskEveryNs = 1'000'000'000;
-constexpr std::int64_t kNsPerMs = 1'000'000;
 
 can::BusMonitorSettings MonitorSettingsOf(const CanSettings& settings) {
   return {.bit_rate_bit_s = static_cast<std::uint32_t>(settings.bit_rate_bit_s),
-          .backoff_ns = settings.backoff_ms * kNsPerMs,
-          .most_backoff_ns = settings.most_backoff_ms * kNsPerMs};
+          .backoff_ns = settings.backoff_ms * rt::kNsPerMs,
+          .most_backoff_ns = settings.most_backoff_ms * rt::kNsPerMs};
 }
 
 }  // namespace

@@ -9,14 +9,14 @@
 
 #include "readable.hpp"
 #include "servohil/error.hpp"
+#include "servohil/rt/clock.hpp"
 
 namespace servohil::app {
 namespace {
 
-constexpr std::int64_t kNsPerS = 1'000'000'000;
 constexpr std::size_t kStandardDigits = 3;
 constexpr std::size_t kExtendedDigits = 8;
-constexpr std::int64_t kMostSeconds = std::numeric_limits<std::int64_t>::max() / kNsPerS - 1;
+constexpr std::int64_t kMostSeconds = std::numeric_limits<std::int64_t>::max() / rt::kNsPerS - 1;
 constexpr std::uint32_t kStandardMask = 0x7FF;
 constexpr std::uint32_t kErrorFlag = 0x2000'0000;
 constexpr std::uint32_t kIdMask = 0x1FFF'FFFF;
@@ -35,12 +35,12 @@ std::optional<std::int64_t> ParseTime(std::string_view text) {
   const std::size_t point = text.find('.');
   const auto seconds = Parse<std::int64_t>(text.substr(0, point), 10);
   if (!seconds || *seconds < 0 || *seconds > kMostSeconds) return std::nullopt;
-  if (point == std::string_view::npos) return *seconds * kNsPerS;
+  if (point == std::string_view::npos) return *seconds * rt::kNsPerS;
   std::string digits(text.substr(point + 1, 9));
   digits.resize(9, '0');
   const auto fraction = Parse<std::int64_t>(digits, 10);
   if (!fraction || *fraction < 0) return std::nullopt;
-  return *seconds * kNsPerS + *fraction;
+  return *seconds * rt::kNsPerS + *fraction;
 }
 
 bool ParseData(std::string_view text, can::Frame& frame) {

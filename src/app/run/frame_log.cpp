@@ -3,13 +3,13 @@
 #include <algorithm>
 
 #include "formatted.hpp"
+#include "servohil/rt/clock.hpp"
 
 namespace servohil::app {
 namespace {
 
-constexpr std::int64_t kSecondNs = 1'000'000'000;
-constexpr std::int64_t kFirstPauseNs = kSecondNs;
-constexpr std::int64_t kLongestPauseNs = 600 * kSecondNs;
+constexpr std::int64_t kFirstPauseNs = rt::kNsPerS;
+constexpr std::int64_t kLongestPauseNs = 600 * rt::kNsPerS;
 
 using Count = unsigned long long;  // for printf
 using V = FrameVerdict;

@@ -11,7 +11,7 @@ namespace servohil::app {
 
 namespace {
 
-constexpr double kMostSeconds = 1e9;  // as long as a run may last
+constexpr double kLongestRunS = 1e9;  // as long as a run may last
 
 }  // namespace
 
@@ -19,7 +19,7 @@ std::vector<Influence> ReadP1Script(const std::filesystem::path& file) {
   std::vector<Influence> changes;
   double last_s = -1.0;
   for (const CsvRow& row : ReadCsv(file, "t_s,p1_psi")) {
-    if (!(row.values[0] > last_s) || row.values[0] < 0.0 || row.values[0] > kMostSeconds) {
+    if (!(row.values[0] > last_s) || row.values[0] < 0.0 || row.values[0] > kLongestRunS) {
       throw UsageError(file.string() + ":" + std::to_string(row.line) +
                        ": t_s must be from 0 to 1e9 and rise from row to row");
     }

@@ -10,6 +10,7 @@ namespace servohil::app {
 namespace {
 
 using Count = unsigned long long;  // for printf
+using V = FrameVerdict;
 
 double Us(std::uint64_t ns) {
   return static_cast<double>(ns) / 1e3;
@@ -58,7 +59,6 @@ std::string TimingSummary(const Emulator& emulator, const EmulatorOptions& optio
 }
 
 std::string SafetySummary(const ReceiveCounters& in, const Status& end) {
-  using V = FrameVerdict;
   std::string text = Formatted("safety   %s (%s), %llu times lost, %llu trips; refused:", NameOf(end.safety),
                                NameOf(end.safety_cause), Count{end.losses}, Count{end.trips});
   for (const V verdict :

@@ -11,16 +11,16 @@
 namespace servohil::app {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-Json ToJson(const rt::LatencyHistogram& h) {
+OrderedJson ToJson(const rt::LatencyHistogram& h) {
   return {
       {"count", h.Count()},           {"p50_ns", h.QuantileNs(0.5)},     {"p90_ns", h.QuantileNs(0.9)},
       {"p99_ns", h.QuantileNs(0.99)}, {"p99_9_ns", h.QuantileNs(0.999)}, {"p99_99_ns", h.QuantileNs(0.9999)},
       {"max_ns", h.MaxNs()}};
 }
 
-Json LateToJson(const Status& status, int max_catch_up_ticks) {
+OrderedJson LateToJson(const Status& status, int max_catch_up_ticks) {
   return {{"ticks", status.late.Total()},
           {"woke_late_ticks", status.late.woke_late},
           {"computed_long_ticks", status.late.computed_long},
@@ -31,8 +31,8 @@ Json LateToJson(const Status& status, int max_catch_up_ticks) {
           {"max_catch_up_ticks", max_catch_up_ticks}};
 }
 
-Json WorstToJson(const Emulator& emulator, int wake_ticks) {
-  Json worst = Json::array();
+OrderedJson WorstToJson(const Emulator& emulator, int wake_ticks) {
+  OrderedJson worst = OrderedJson::array();
   for (const auto& [tick, late] : WorstOverruns(emulator, wake_ticks)) {
     worst.push_back({{"tick", tick},
                      {"lateness_ns", late.lateness_ns},
@@ -45,17 +45,17 @@ Json WorstToJson(const Emulator& emulator, int wake_ticks) {
   return worst;
 }
 
-Json SafetyToJson(const Status& status) {
+OrderedJson SafetyToJson(const Status& status) {
   return {{"state", NameOf(status.safety)},
           {"cause", NameOf(status.safety_cause)},
           {"losses", status.losses},
           {"trips", status.trips}};
 }
 
-Json TrafficToJson(const Emulator& emulator) {
+OrderedJson TrafficToJson(const Emulator& emulator) {
   const ReceiveCounters& in = emulator.Received();
   const SendCounters& out = emulator.Sent();
-  Json json = {{"foreign", in.foreign.load()}};
+  OrderedJson json = {{"foreign", in.foreign.load()}};
   for (std::size_t i = 0; i < kFrameVerdicts; ++i) json[kFrameVerdictNames[i]] = in.of[i].load();
   json["lost"] = in.lost.load();
   json["published"] = out.published.load();
@@ -79,24 +79,24 @@ void Replace(const std::filesystem::path& file, const std::string& text) {
 
 }  // namespace
 
-Json StatisticsToJson(const Emulator& emulator, const Telemetry& now, const can::Network& network,
-                      const EmulatorOptions& options, bool finished) {
+OrderedJson StatisticsToJson(const Emulator& emulator, const Telemetry& now, const can::Network& network,
+                             const EmulatorOptions& options, bool finished) {
   const rt::LoopTiming& timing = emulator.Timing();
-  Json json = {{"program", "servohil " SERVOHIL_VERSION},
-               {"finished", finished},
-               {"clock", options.clock == Clock::kReal ? "real" : "lockstep"},
-               {"tick", now.sample.tick},
-               {"mode", NameOf(now.status.mode)},
-               {"safety", SafetyToJson(now.status)},
-               {"timing_valid", now.status.TimingValid()},
-               {"wake_ticks", options.task.loop.wake_ticks},
-               {"late", LateToJson(now.status, options.task.loop.max_catch_up_ticks)},
-               {"wake_latency", ToJson(timing.wake_latency)},
-               {"lateness", ToJson(timing.lateness)},
-               {"compute", ToJson(timing.compute)},
-               {"arrival_to_tick", ToJson(emulator.ArrivalToTick())},
-               {"arrival_to_frame", ToJson(emulator.ArrivalToFrame())},
-               {"traffic", TrafficToJson(emulator)}};
+  OrderedJson json = {{"program", "servohil " SERVOHIL_VERSION},
+                      {"finished", finished},
+                      {"clock", options.clock == Clock::kReal ? "real" : "lockstep"},
+                      {"tick", now.sample.tick},
+                      {"mode", NameOf(now.status.mode)},
+                      {"safety", SafetyToJson(now.status)},
+                      {"timing_valid", now.status.TimingValid()},
+                      {"wake_ticks", options.task.loop.wake_ticks},
+                      {"late", LateToJson(now.status, options.task.loop.max_catch_up_ticks)},
+                      {"wake_latency", ToJson(timing.wake_latency)},
+                      {"lateness", ToJson(timing.lateness)},
+                      {"compute", ToJson(timing.compute)},
+                      {"arrival_to_tick", ToJson(emulator.ArrivalToTick())},
+                      {"arrival_to_frame", ToJson(emulator.ArrivalToFrame())},
+                      {"traffic", TrafficToJson(emulator)}};
   if (finished) {
     const std::uint64_t lost = options.clock == Clock::kReal ? 0 : network.Statistics().receive_overflows;
     json["verdict"] = JudgeRun(now, lost, emulator.ModelledBus()).Text();

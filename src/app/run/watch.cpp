@@ -19,7 +19,6 @@
 namespace servohil::app {
 namespace {
 
-constexpr std::int64_t kSecondNs = 1'000'000'000;
 constexpr int kLookEveryMs = 100;
 
 }  // namespace
@@ -60,7 +59,7 @@ void Watch::Run(const StopSignals& signals) {
     TellThatItLives();
     if (control_ != nullptr) control_->Serve(now_, buses_.Reports());
     snapshots_.WriteAllOrTell(emulator_);
-    if (rt::MonotonicNs() - last_ns_ >= kSecondNs) TellEachSecond();
+    if (rt::MonotonicNs() - last_ns_ >= rt::kNsPerS) TellEachSecond();
   }
   if (const std::string text = frames_.Rest(now_.status.frames); !text.empty()) spdlog::warn("{}", text);
   manager_.TellStopping();
