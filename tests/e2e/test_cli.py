@@ -198,6 +198,12 @@ def test_missing_files(tmp_path, configuration):
     says(mistake(*STEADY, "-c", file), str(tmp_path / "sub" / "load.csv"))  # relative to the configuration
 
 
+def test_a_configuration_here_that_cannot_be_read_is_not_passed_over(tmp_path):
+    (tmp_path / "config" / "servohil.toml").mkdir(parents=True)
+    done = subprocess.run([PROGRAM, *STEADY], capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (USAGE, "servohil: config/servohil.toml: is a directory\n")
+
+
 @pytest.mark.parametrize("arguments", [
     (*STEADY, "-c"), ("simulate", "--duration", "1", "--p1-file"), ("simulate", "--scenario"), ("dbc", "--decode"),
     ("replay",), ("run", "--from"), ("run", "--set", "can.dbc="), (*STEADY, "--set", "load.file=")],

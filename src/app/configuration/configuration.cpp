@@ -9,6 +9,7 @@
 #include <iterator>
 #include <map>
 #include <sstream>
+#include <system_error>
 
 #include "publish_toml.hpp"
 #include "readable.hpp"
@@ -288,7 +289,10 @@ class Loader {
 }  // namespace
 
 std::filesystem::path DefaultConfigurationFile() {
-  if (std::filesystem::path here = "config/servohil.toml"; WhyUnreadable(here).empty()) return here;
+  std::error_code ignored;
+  // One that is there and cannot be read is a mistake to be told, not passed over.
+  if (std::filesystem::path here = "config/servohil.toml"; std::filesystem::exists(here, ignored))
+    return here;
   const auto program = std::filesystem::read_symlink("/proc/self/exe");
   return program.parent_path().parent_path() / "share" / "servohil" / "servohil.toml";
 }

@@ -102,6 +102,10 @@ std::string DbcFileName(std::size_t index) {
   return index == 0 ? "servohil.dbc" : "servohil-" + std::to_string(index + 1) + ".dbc";
 }
 
+std::string ValueToml(const Key& key, Configuration& configuration) {
+  return std::visit([&](auto place) { return TomlOf{}(place(configuration)); }, key.place);
+}
+
 std::string ConfigurationToml(const Configuration& configuration) {
   Configuration c = configuration;
   c.load_file = kLoadFileName;
@@ -118,7 +122,7 @@ std::string ConfigurationToml(const Configuration& configuration) {
       text += (text.empty() ? "[" : "\n[") + std::string(section) + "]\n";
     }
     text += std::string(name.substr(dot + 1)) + " = ";
-    text += std::visit([&](auto place) { return TomlOf{}(place(c)); }, key.place);
+    text += ValueToml(key, c);
     if (*key.unit != 0) text += std::string("  # ") + key.unit;
     text += '\n';
   }

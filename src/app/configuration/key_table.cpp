@@ -1,9 +1,8 @@
 #include <array>
-#include <iomanip>
 #include <sstream>
-#include <type_traits>
 
 #include "servohil/app/configuration.hpp"
+#include "servohil/app/configuration_text.hpp"
 
 namespace servohil::app {
 namespace {
@@ -291,33 +290,6 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> int& { return c.publish.bus_ms; }},
 });
 
-/// A value as it would stand in the file.
-struct ShownDefault {
-  std::string operator()(double v) const {
-    std::ostringstream out;
-    out << v;
-    return out.str();
-  }
-  std::string operator()(int v) const { return std::to_string(v); }
-  std::string operator()(bool v) const { return v ? "true" : "false"; }
-  std::string operator()(const std::string& v) const { return '"' + v + '"'; }
-  std::string operator()(const std::vector<std::string>& v) const {
-    std::string text = "[";
-    for (const std::string& item : v) text += (text.size() > 1 ? ", \"" : "\"") + item + '"';
-    return text + "]";
-  }
-  std::string operator()(const Scale& v) const {
-    std::string text = "[";
-    for (const ScalePoint& p : v)
-      text += (text.size() > 1 ? ", [" : "[") + (*this)(p.from) + ", " + (*this)(p.to) + "]";
-    return text + "]";
-  }
-  template <typename Enum>
-  requires std::is_enum_v<Enum> std::string operator()(Enum v) const {
-    return std::string("\"") + NamesOf(v)[static_cast<std::size_t>(v)] + '"';
-  }
-};
-
 }  // namespace
 
 std::span<const Key> KeyTable() {
@@ -328,9 +300,7 @@ std::string DescribeKeys() {
   Configuration defaults;
   std::ostringstream out;
   for (const Key& key : kKeys) {
-    const std::string value =
-        std::visit([&](auto place) { return ShownDefault{}(place(defaults)); }, key.place);
-    out << "  " << key.name << " = " << value << (*key.unit != 0 ? " " : "") << key.unit;
+    out << "  " << key.name << " = " << ValueToml(key, defaults) << (*key.unit != 0 ? " " : "") << key.unit;
     if (key.minimum < key.maximum) out << "  [" << key.minimum << " to " << key.maximum << "]";
     out << "\n      " << key.meaning << '\n';
   }

@@ -1,9 +1,10 @@
 #include "toml_text.hpp"
 
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <sstream>
+
+#include "servohil/error.hpp"
 
 namespace servohil::app {
 
@@ -14,10 +15,7 @@ std::string Shown(const toml::node& node) {
   }
   std::ostringstream out;
   node.visit([&](const auto& value) { out << value; });
-  std::string text = out.str();
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
+  return OneLine(out.str());
 }
 
 std::string AsToml(const toml::node& node) {
