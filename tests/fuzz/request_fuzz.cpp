@@ -12,11 +12,11 @@ namespace control = servohil::app::control;
 using servohil::app::Request;
 
 /// Armed, on a bus with protected messages.
-const control::Permissions& Everything() {
+const servohil::app::Permissions& Everything() {
   static const auto configuration =
       servohil::app::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {});
   static const servohil::app::Contract contract(configuration);
-  static const control::Permissions permissions{
+  static const servohil::app::Permissions permissions{
       {{&configuration.model, true, true, true, true}, &contract, contract.Wanted()}, true, {}};
   return permissions;
 }

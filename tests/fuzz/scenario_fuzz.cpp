@@ -11,11 +11,11 @@ namespace {
 namespace app = servohil::app;
 namespace scenario = app::scenario;
 
-const app::control::Permissions& Everything() {
+const app::Permissions& Everything() {
   static const app::Configuration configuration =
       app::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {});
   static const app::Contract contract(configuration);
-  static const app::control::Permissions permissions{{{&configuration.model}, &contract}, true, {}};
+  static const app::Permissions permissions{{{&configuration.model}, &contract}, true, {}};
   return permissions;
 }
 

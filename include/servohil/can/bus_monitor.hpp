@@ -15,6 +15,12 @@
 
 namespace servohil::can {
 
+/// The condition of one bus, by its name.
+struct BusReport {
+  std::string name;
+  BusCondition condition;
+};
+
 /// One bus at one time.
 struct BusObservation {
   std::int64_t now_ns = 0;  ///< on a clock that only goes forward

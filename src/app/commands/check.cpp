@@ -10,6 +10,8 @@
 #include "check/report.hpp"
 #include "commands.hpp"
 #include "servohil/error.hpp"
+#include "servohil/exit_status.hpp"
+#include "configuration/rest.hpp"
 
 namespace servohil::app {
 namespace {
@@ -72,7 +74,7 @@ void AddCheckCommand(CLI::App& program, int& exit_status) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App& command = *program.add_subcommand(
       "check", "Qualifies this machine as a bench: settings, limits, the loop under load");
-  options->configuration.AddTo(command);
+  AddOptions(command, options->configuration);
   command.add_option("--duration", options->duration_s, "of the measurement [s]; default: 30")
       ->type_name("S")
       ->check(CLI::Range(0.5, 86'400.0));

@@ -11,6 +11,7 @@
 #include "run/log.hpp"
 #include "servohil/error.hpp"
 #include "servohil/nearest_name.hpp"
+#include "servohil/exit_status.hpp"
 
 namespace servohil::app {
 
@@ -75,6 +76,6 @@ int main(int argc, char** argv) {
     return servohil::app::Main(argc, argv);
   } catch (const std::exception& error) {  // out of memory, a file system that vanished
     std::fprintf(stderr, "servohil: %s\n", error.what());
-    return servohil::app::kExitEnvironment;
+    return servohil::kExitEnvironment;
   }
 }

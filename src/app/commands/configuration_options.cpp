@@ -5,14 +5,14 @@
 
 namespace servohil::app {
 
-void ConfigurationOptions::AddTo(CLI::App& command) {
+void AddOptions(CLI::App& command, ConfigurationOptions& options) {
   command
       .add_option(
-          "-c,--config", file,
+          "-c,--config", options.file,
           "configuration (TOML); default: ./config/servohil.toml, else the one installed with the program")
       ->type_name("FILE");
   command
-      .add_option("--set", settings,
+      .add_option("--set", options.settings,
                   "overrides one key of the configuration, e.g. servo.underlap_in=0.001; repeatable")
       ->type_name("KEY=VALUE")
       ->take_all();

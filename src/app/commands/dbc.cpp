@@ -12,6 +12,7 @@
 #include "formatted.hpp"
 #include "run/candump.hpp"
 #include "servohil/app/contract.hpp"
+#include "servohil/exit_status.hpp"
 
 namespace servohil::app {
 namespace {
@@ -88,7 +89,7 @@ void AddDbcCommand(CLI::App& program, int& exit_status) {
   CLI::App& command = *program.add_subcommand(
       "dbc",
       "What will be received and sent: messages, signals, conversions, bus load; or decodes a candump log");
-  options->configuration.AddTo(command);
+  AddOptions(command, options->configuration);
   command.add_option("--decode", options->log, "candump log to decode with the DBC files and the mapping")
       ->type_name("LOG");
   command.add_flag("--json", options->json, "for pipelines: all in one object; of a log an object a line");

@@ -12,6 +12,7 @@
 #include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
 #include "servohil/fault/catalogue.hpp"
+#include "servohil/exit_status.hpp"
 
 namespace servohil::app {
 namespace {

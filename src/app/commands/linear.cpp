@@ -5,6 +5,7 @@
 #include "commands.hpp"
 #include "linear/analysis.hpp"
 #include "servohil/error.hpp"
+#include "servohil/exit_status.hpp"
 
 namespace servohil::app {
 namespace {
@@ -40,7 +41,7 @@ void AddLinearCommand(CLI::App& program, int& exit_status) {
   LinearOptions& linear = options->linear;
   CLI::App& command = *program.add_subcommand(
       "linear", "Linear model at an operating point: poles, transfer function, margins, stability map");
-  options->configuration.AddTo(command);
+  AddOptions(command, options->configuration);
   auto* x3 = command.add_option("--x3", linear.x3_in, "piston position [in]")->type_name("IN");
   command.add_option("--p1", linear.p1_psi, "control oil pressure [psi gauge]")
       ->type_name("PSI")

@@ -18,6 +18,8 @@
 #include "servohil/app/contract.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
+#include "servohil/exit_status.hpp"
+#include "configuration/rest.hpp"
 
 namespace servohil::app {
 namespace {
@@ -254,13 +256,13 @@ void AddReplayCommand(CLI::App& program, int& exit_status) {
   command.add_option("path", options->path, "directory of a recording, or a candump log")
       ->type_name("DIR|LOG")
       ->required();
-  options->configuration.AddTo(command);
+  AddOptions(command, options->configuration);
   command
       .add_option("--until", options->until_s, "ends at this simulated time [s]; default: with the recording")
       ->type_name("S")
       ->check(CLI::Range(model::kTickS, 1e9));
-  options->recording.AddTo(command);
-  options->scenario.AddTo(command)->description(
+  AddOptions(command, options->recording);
+  AddOptions(command, options->scenario)->description(
       "what this scenario (TOML) expects, held against the recording; its commands and faults are not used");
   command.callback([options, &exit_status] { exit_status = Replay(*options); });
 }

@@ -47,7 +47,7 @@ void AddRunCommand(CLI::App& program, int& exit_status) {
   auto options = std::make_shared<RunOptions>();
   CLI::App& command = *program.add_subcommand(
       "run", "Runs the emulator on a CAN bus: in real time, or in lockstep with the governor");
-  options->AddTo(command);
+  AddOptions(command, *options);
   command.callback([options, &exit_status] { exit_status = Run(*options); });
 }
 

@@ -2,34 +2,27 @@
 
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
+#include <map>
 
-#include "servohil/app/ticks.hpp"
+#include "commands.hpp"
+#include "recording_options.hpp"
+#include "scenario_options.hpp"
 
 namespace servohil::app {
 
-TaskOptions TaskOptionsOf(const RunOptions& options, const LoopSettings& loop) {
-  TaskOptions task;
-  task.loop = loop;
-  task.duration_ticks = TicksOf(options.duration_s);
-  for (const double s : options.snapshot_at_s) task.snapshot_ticks.push_back(TicksOf(s));
-  std::sort(task.snapshot_ticks.begin(), task.snapshot_ticks.end());
-  return task;
-}
-
-void RunOptions::AddTo(CLI::App& command) {
-  configuration.AddTo(command);
-  command.add_flag("--check-config", check_configuration,
+void AddOptions(CLI::App& command, RunOptions& options) {
+  AddOptions(command, options.configuration);
+  command.add_flag("--check-config", options.check_configuration,
                    "checks configuration, DBC and load table, tells every mistake, and runs nothing");
   command
       .add_option(
-          "--can", buses,
+          "--can", options.buses,
           "bus: socketcan:IFACE, slcan:pty[:LINK], slcan:/dev/TTY, or auto; repeatable; default: can.buses "
           "(auto: vcan0 or can0 if the kernel has it, else slcan:pty)")
       ->type_name("URL")
       ->take_all();
   command
-      .add_option("--clock", clock,
+      .add_option("--clock", options.clock,
                   "who lets time pass: real (default), lockstep (each command frame: lockstep.ticks, or each "
                   "frame of lockstep.sync_id), fast (nobody: --script, no bus)")
       ->type_name("real|lockstep|fast")
@@ -39,7 +32,7 @@ void RunOptions::AddTo(CLI::App& command) {
                       CLI::ignore_case)
                       .description(""));
   command
-      .add_option("--rt", real_time,
+      .add_option("--rt", options.real_time,
                   "real-time scheduling and locked memory: require (refuse to run without), prefer (default: "
                   "warn), off")
       ->type_name("require|prefer|off")
@@ -48,38 +41,38 @@ void RunOptions::AddTo(CLI::App& command) {
                                                                           {"off", RealTime::kOff}},
                                           CLI::ignore_case)
                       .description(""));
-  CLI::Option* with_scenario = scenario.AddTo(command);
-  command.add_option("--duration", duration_s, "ends after this time [s]; default: at SIGINT or SIGTERM")
+  CLI::Option* with_scenario = AddOptions(command, options.scenario);
+  command.add_option("--duration", options.duration_s, "ends after this time [s]; default: at SIGINT or SIGTERM")
       ->type_name("S")
       ->excludes(with_scenario)
       ->check(CLI::Range(model::kTickS, 1e9));
   command
       .add_option(
-          "--script", script,
+          "--script", options.script,
           "--clock fast: the commands, CSV t_s,p1_psi; each arrives before the first tick at or after "
           "its time")
       ->type_name("CSV");
-  recording.AddTo(command);
-  command.add_option("--stats", statistics, "statistics as JSON, anew each second and at the end")
+  AddOptions(command, options.recording);
+  command.add_option("--stats", options.statistics, "statistics as JSON, anew each second and at the end")
       ->type_name("FILE");
   command
-      .add_option("--control", control,
+      .add_option("--control", options.control,
                   "control socket, for `servohil fault` and `servohil status`; none: no such; default: "
                   "/run/servohil/servohil.sock, or in $XDG_RUNTIME_DIR, or /tmp/servohil-UID.sock")
       ->type_name("PATH|none");
   command
-      .add_option("--from", from,
+      .add_option("--from", options.from,
                   "goes on from a snapshot, with its configuration and DBC; --set changes single keys of it")
       ->type_name("SNAPSHOT")
       ->excludes("--config")
       ->excludes(with_scenario);
   command
-      .add_option("--snapshot-at", snapshot_at_s,
+      .add_option("--snapshot-at", options.snapshot_at_s,
                   "writes a snapshot at this simulated time [s]; repeatable; SIGUSR1 writes one at any time")
       ->type_name("S")
       ->check(CLI::Range(model::kTickS, 1e9))
       ->take_all();
-  command.add_option("--snapshot-dir", snapshots, "where snapshots go; default: here")
+  command.add_option("--snapshot-dir", options.snapshots, "where snapshots go; default: here")
       ->type_name("DIR")
       ->check(CLI::ExistingDirectory);
 }

@@ -1,56 +1,15 @@
 #pragma once
-/// What `servohil run` is asked to do, and what it has read for it.
+/// The command line of `servohil run`.
 
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <vector>
+#include "run/run_options.hpp"
 
-#include "commands.hpp"
-#include "recording_options.hpp"
-#include "scenario_options.hpp"
-#include "servohil/app/contract.hpp"
-#include "servohil/app/emulator.hpp"
+namespace CLI {
+class App;
+}
 
 namespace servohil::app {
 
-struct RunOptions {
-  ConfigurationOptions configuration;
-  std::vector<std::string> buses;
-  Clock clock = Clock::kReal;
-  RealTime real_time = RealTime::kPrefer;
-  double duration_s = 0.0;
-  std::filesystem::path script;
-  RecordingOptions recording;
-  std::filesystem::path statistics;
-  std::string control;
-  std::filesystem::path from;
-  std::filesystem::path snapshots = ".";
-  std::vector<double> snapshot_at_s;
-  bool check_configuration = false;
-  ScenarioOptions scenario;
-
-  void AddTo(CLI::App& command);
-};
-
-/// All of it from the configuration, or from a snapshot.
-struct RunSetup {
-  /// @throws UsageError where anything of it cannot be
-  explicit RunSetup(const RunOptions& options)
-      : scenario(options.scenario.Open()),
-        configuration(LoadFor(scenario.get(), options.configuration)),
-        derived(configuration.model),
-        start(RequireSteadyStateAt(derived, configuration.start_x3_in)),
-        contract(configuration) {}
-
-  std::unique_ptr<scenario::ScenarioFile> scenario;  ///< null: none
-  Configuration configuration;
-  model::Derived derived;
-  model::SteadyState start;
-  Contract contract;
-};
-
-/// The loop, the duration and the snapshots.
-TaskOptions TaskOptionsOf(const RunOptions& options, const LoopSettings& loop);
+/// Adds all options of `servohil run`.
+void AddOptions(CLI::App& command, RunOptions& options);
 
 }  // namespace servohil::app

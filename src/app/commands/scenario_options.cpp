@@ -1,50 +1,22 @@
 #include "scenario_options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <iostream>
-
-#include "scenario/report.hpp"
 
 namespace servohil::app {
 
-CLI::Option* ScenarioOptions::AddTo(CLI::App& command) {
+CLI::Option* AddOptions(CLI::App& command, ScenarioOptions& options) {
   CLI::Option* option = command.add_option(
-      "--scenario", file,
+      "--scenario", options.file,
       "scenario (TOML): faults and, without a bus, commands on a time line, and what is expected; "
       "config/scenarios has some");
   option->type_name("FILE");
-  command.add_option("--report-json", json, "the scenario's verdicts as JSON")
+  command.add_option("--report-json", options.json, "the scenario's verdicts as JSON")
       ->type_name("FILE")
       ->needs(option);
-  command.add_option("--report-junit", junit, "the scenario's verdicts as JUnit XML")
+  command.add_option("--report-junit", options.junit, "the scenario's verdicts as JUnit XML")
       ->type_name("FILE")
       ->needs(option);
   return option;
-}
-
-std::unique_ptr<scenario::ScenarioFile> ScenarioOptions::Open() const {
-  return file.empty() ? nullptr : std::make_unique<scenario::ScenarioFile>(file);
-}
-
-int ScenarioOptions::Report(const scenario::Scenario& scenario, const scenario::Verdict& verdict) const {
-  std::cout << ReportText(scenario, verdict) << std::flush;
-  if (!json.empty()) scenario::WriteReport(json, ReportJson(scenario, verdict));
-  if (!junit.empty()) scenario::WriteReport(junit, ReportJunit(scenario, verdict));
-  switch (verdict.Total()) {
-    case scenario::Outcome::kPass:
-      return kExitOk;
-    case scenario::Outcome::kFail:
-      return kExitFail;
-    default:
-      return kExitInvalid;
-  }
-}
-
-Configuration LoadFor(const scenario::ScenarioFile* scenario, const ConfigurationOptions& options) {
-  if (scenario == nullptr) return options.Load();
-  std::filesystem::path file = options.file;
-  if (const auto own = scenario->ConfigurationFile(); own && file.empty()) file = *own;
-  return LoadConfiguration(file, options.settings, scenario->Settings());
 }
 
 }  // namespace servohil::app

@@ -1,12 +1,7 @@
 #pragma once
 /// --scenario and its reports, for all that runs.
 
-#include <filesystem>
-#include <memory>
-
-#include "commands.hpp"
-#include "scenario/evaluation.hpp"
-#include "scenario/reader.hpp"
+#include "run/scenario_options.hpp"
 
 namespace CLI {
 class App;
@@ -15,22 +10,7 @@ class Option;
 
 namespace servohil::app {
 
-struct ScenarioOptions {
-  std::filesystem::path file;  ///< empty: there is none
-  std::filesystem::path json;
-  std::filesystem::path junit;
-
-  /// @return the option --scenario
-  CLI::Option* AddTo(CLI::App& command);
-  /// Null where there is none.
-  std::unique_ptr<scenario::ScenarioFile> Open() const;
-
-  /// Tells what it came to: on standard output, and in the files. @return exit status
-  int Report(const scenario::Scenario& scenario, const scenario::Verdict& verdict) const;
-};
-
-/// The configuration for a run with a scenario, or without (null): the scenario's keys count more than a
-/// file's, those of the command line count most.
-Configuration LoadFor(const scenario::ScenarioFile* scenario, const ConfigurationOptions& options);
+/// @return the option --scenario
+CLI::Option* AddOptions(CLI::App& command, ScenarioOptions& options);
 
 }  // namespace servohil::app

@@ -17,6 +17,8 @@
 #include "servohil/app/simulation_task.hpp"
 #include "servohil/app/ticks.hpp"
 #include "servohil/error.hpp"
+#include "servohil/exit_status.hpp"
+#include "configuration/rest.hpp"
 
 namespace servohil::app {
 namespace {
@@ -153,11 +155,11 @@ void AddSimulateCommand(CLI::App& program, int& exit_status) {
   auto options = std::make_shared<SimulateOptions>();
   CLI::App& command =
       *program.add_subcommand("simulate", "Simulates from the steady state, as fast as it goes, to CSV");
-  options->configuration.AddTo(command);
+  AddOptions(command, options->configuration);
   command
       .add_option("--x3", options->x3_in, "piston position of the steady state [in]; default: start.x3_in")
       ->type_name("IN");
-  CLI::Option* with_scenario = options->scenario.AddTo(command);
+  CLI::Option* with_scenario = AddOptions(command, options->scenario);
   CLI::Option* duration = command.add_option("--duration", options->duration_s, "simulated time [s]");
   duration->type_name("S")->excludes(with_scenario)->check(CLI::Range(model::kTickS, 1e6));
   auto* step = command.add_option("--p1-step", options->p1_step_psi,
@@ -178,7 +180,7 @@ void AddSimulateCommand(CLI::App& program, int& exit_status) {
       .add_option("-o,--output", options->output,
                   "CSV file; -: standard output; default: - unless it is recorded, or a scenario")
       ->type_name("FILE");
-  options->recording.AddTo(command);
+  AddOptions(command, options->recording);
   command.callback([options, duration, with_scenario, &exit_status] {
     if (duration->empty() && with_scenario->empty())
       throw UsageError("simulate: --duration S or --scenario FILE is required; --help tells more");

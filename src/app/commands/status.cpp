@@ -9,6 +9,7 @@
 #include "commands.hpp"
 #include "control/client.hpp"
 #include "control/status_view.hpp"
+#include "servohil/exit_status.hpp"
 
 namespace servohil::app {
 namespace {

@@ -6,6 +6,7 @@
 #include "thesis/figures.hpp"
 #include "thesis/groups.hpp"
 #include "thesis/report.hpp"
+#include "servohil/exit_status.hpp"
 
 namespace servohil::app {
 namespace {
@@ -47,7 +48,7 @@ void AddThesisCommand(CLI::App& program, int& exit_status) {
   auto options = std::make_shared<ThesisOptions>();
   CLI::App& command = *program.add_subcommand(
       "thesis", "Recomputes the source's printed numbers, tables and figures, each beside what it prints");
-  options->configuration.AddTo(command);
+  AddOptions(command, options->configuration);
   command
       .add_option("--plots", options->plots,
                   "also writes Figures 3, 4, 6 to 12, 14 to 31, 33 to 42 into this folder: CSV and PNG each")

@@ -6,9 +6,9 @@ namespace servohil::app::control {
 
 using Json = nlohmann::json;
 
-Json BusesToJson(const std::vector<BusReport>& buses) {
+Json BusesToJson(const std::vector<can::BusReport>& buses) {
   Json list = Json::array();
-  for (const BusReport& bus : buses) {
+  for (const can::BusReport& bus : buses) {
     const can::BusCondition& is = bus.condition;
     Json faults = Json::array();
     for (std::size_t i = 0; i < can::kBusFaultCount; ++i) {

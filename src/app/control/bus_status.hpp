@@ -4,10 +4,10 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
-#include "run/bus_watch.hpp"
+#include "servohil/can/bus_monitor.hpp"
 
 namespace servohil::app::control {
 
-nlohmann::json BusesToJson(const std::vector<BusReport>& buses);
+nlohmann::json BusesToJson(const std::vector<can::BusReport>& buses);
 
 }  // namespace servohil::app::control

@@ -63,26 +63,14 @@ std::string FaultOf(const Json& request) {
 }
 
 Request UnderstandInject(const Json& request, const Permissions& permissions, std::string& warning) {
-  const std::string name = FaultOf(request);
-  RequireFault(name);
-  if (!permissions.armed) Reject(permissions.why_not_armed);
-  Request understood;
-  understood.kind = Request::Kind::kInject;
-  UnderstoodInjection one = UnderstandInjection(name, WordsOf(request), permissions.faults);
-  understood.injection = one.injection;
-  warning = std::move(one.warning);
-  return understood;
+  PermittedInjection permitted = RequestInjection(FaultOf(request), WordsOf(request), permissions);
+  warning = std::move(permitted.warning);
+  return permitted.request;
 }
 
 Request UnderstandClear(const Json& request, const Permissions& permissions) {
-  Request understood;
-  understood.kind = Request::Kind::kClearAll;
-  if (!request.contains("fault") || request["fault"].is_null()) return understood;
-  const fault::Spec& spec = RequireFault(FaultOf(request));
-  understood.kind = Request::Kind::kClear;
-  understood.injection.id = spec.id;
-  understood.injection.target = UnderstandTarget(spec, WordsOf(request), permissions.faults);
-  return understood;
+  if (!request.contains("fault") || request["fault"].is_null()) return RequestClear({}, {}, permissions);
+  return RequestClear(FaultOf(request), WordsOf(request), permissions);
 }
 
 Request UnderstandCommand(const Json& request) {

@@ -9,18 +9,11 @@
 #include <variant>
 #include <vector>
 
-#include "faults/injection_words.hpp"
+#include "faults/permissions.hpp"
 #include "servohil/app/request.hpp"
 #include "servohil/app/telemetry.hpp"
 
 namespace servohil::app::control {
-
-/// Whoever may ask for what.
-struct Permissions {
-  FaultContext faults;
-  bool armed;  ///< faults may be injected
-  std::string why_not_armed;
-};
 
 /// What is asked of the state.
 enum class Question : std::uint8_t { kStatus, kStatistics, kFaults, kCatalogue };

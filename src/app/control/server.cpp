@@ -106,7 +106,7 @@ void Server::AddTo(std::vector<pollfd>& descriptors) const {
   }
 }
 
-void Server::Serve(Telemetry& now, const std::vector<BusReport>& buses) {
+void Server::Serve(Telemetry& now, const std::vector<can::BusReport>& buses) {
   now_ = &now;
   buses_ = buses;
   ServeClients();

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "requests.hpp"
-#include "run/bus_watch.hpp"
+#include "servohil/can/bus_monitor.hpp"
 #include "servohil/app/emulator.hpp"
 #include "servohil/app/telemetry.hpp"
 
@@ -43,7 +43,7 @@ class Server {
   void Permit(Permissions permissions) { permissions_ = std::move(permissions); }
   /// Takes and answers what there is. Never blocks. @param now  the newest state, made newer where somebody
   /// asks: an answer is never older than its question @param buses  of the buses
-  void Serve(Telemetry& now, const std::vector<BusReport>& buses);
+  void Serve(Telemetry& now, const std::vector<can::BusReport>& buses);
 
  private:
   struct Client {
@@ -91,7 +91,7 @@ class Server {
   std::uint64_t next_request_ = 1;
   std::uint64_t next_client_ = 1;
   Telemetry* now_ = nullptr;  ///< while it serves
-  std::vector<BusReport> buses_;
+  std::vector<can::BusReport> buses_;
   fault::Schedule faults_;
   std::function<nlohmann::json()> statistics_ = [] { return nlohmann::json::object(); };
 };

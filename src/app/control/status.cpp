@@ -2,7 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "run/report.hpp"
 #include "servohil/app/ticks.hpp"
 
 namespace servohil::app::control {

@@ -18,9 +18,9 @@ FaultContext FaultContextOf(const RunSetup& setup, const can::Network& network,
   return context;
 }
 
-control::Permissions PermissionsOf(const Configuration& configuration, const FaultContext& context,
+Permissions PermissionsOf(const Configuration& configuration, const FaultContext& context,
                                    const can::Network& network) {
-  control::Permissions permissions{context, configuration.fault.armed == Armed::kYes, {}};
+  Permissions permissions{context, configuration.fault.armed == Armed::kYes, {}};
   if (permissions.armed) return permissions;
   if (configuration.fault.armed == Armed::kNo) {
     permissions.why_not_armed = "faults are not armed: fault.armed = \"no\"";

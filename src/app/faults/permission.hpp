@@ -3,9 +3,8 @@
 
 #include <vector>
 
-#include "commands/run_options.hpp"
-#include "control/requests.hpp"
-#include "injection_words.hpp"
+#include "permissions.hpp"
+#include "run/run_options.hpp"
 #include "servohil/can/network.hpp"
 
 namespace servohil::app {
@@ -15,7 +14,7 @@ FaultContext FaultContextOf(const RunSetup& setup, const can::Network& network,
                             const std::vector<can::WantedId>& received, Clock clock);
 
 /// Faults belong on a bus that no real machine is on, unless the configuration says otherwise.
-control::Permissions PermissionsOf(const Configuration& configuration, const FaultContext& context,
+Permissions PermissionsOf(const Configuration& configuration, const FaultContext& context,
                                    const can::Network& network);
 
 }  // namespace servohil::app

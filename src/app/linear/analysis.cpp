@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "commands/commands.hpp"
+#include "configuration/rest.hpp"
 #include "formatted.hpp"
 
 namespace servohil::app {

@@ -14,12 +14,6 @@
 
 namespace servohil::app {
 
-/// One bus, for whoever asks.
-struct BusReport {
-  std::string name;
-  can::BusCondition condition;
-};
-
 /// As the configuration says it.
 can::LinkSettings LinkSettingsOf(const CanSettings& settings);
 
@@ -30,7 +24,7 @@ class BusWatch {
 
   /// Looks, when it is time to.
   void Look();
-  const std::vector<BusReport>& Reports() const noexcept { return reports_; }
+  const std::vector<can::BusReport>& Reports() const noexcept { return reports_; }
 
  private:
   struct Watched {
@@ -53,7 +47,7 @@ class BusWatch {
   bool configure_;
   can::LinkSettings link_;
   std::vector<Watched> watched_;
-  std::vector<BusReport> reports_;
+  std::vector<can::BusReport> reports_;
   std::int64_t looked_ns_ = 0;
 };
 

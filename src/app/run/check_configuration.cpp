@@ -9,6 +9,8 @@
 #include "servohil/app/contract.hpp"
 #include "servohil/app/envelope_check.hpp"
 #include "servohil/error.hpp"
+#include "servohil/exit_status.hpp"
+#include "configuration/rest.hpp"
 
 namespace servohil::app {
 namespace {

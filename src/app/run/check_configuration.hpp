@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "commands/commands.hpp"
+#include "configuration/source.hpp"
 
 namespace servohil::app {
 

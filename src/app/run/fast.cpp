@@ -9,6 +9,7 @@
 #include "servohil/app/run_texts.hpp"
 #include "servohil/error.hpp"
 #include "snapshot_writer.hpp"
+#include "servohil/exit_status.hpp"
 
 namespace servohil::app {
 

@@ -18,13 +18,14 @@
 #include "snapshot_writer.hpp"
 #include "statistics.hpp"
 #include "watch.hpp"
+#include "servohil/exit_status.hpp"
 
 namespace servohil::app {
 namespace {
 
 /// @param path  empty: where nobody has to be told; taken by another run, this one goes without
 std::unique_ptr<control::Server> OpenControl(const std::string& path, Emulator& emulator,
-                                             control::Permissions permissions) {
+                                             Permissions permissions) {
   if (path == "none") return nullptr;
   try {
     auto server = std::make_unique<control::Server>(
@@ -55,7 +56,7 @@ EmulatorOptions EmulatorOptionsOf(const RunOptions& options, const Configuration
 
 /// Null where faults over CAN are not allowed.
 std::unique_ptr<FaultPort> OpenFaultPort(const Configuration& configuration, const Contract& contract,
-                                         const control::Permissions& permissions) {
+                                         const Permissions& permissions) {
   if (!configuration.fault.allow_can) return nullptr;
   return std::make_unique<FaultPort>(contract.Databases(),
                                      FaultPort::Rights{permissions.faults.surroundings, permissions.armed,
@@ -80,7 +81,7 @@ int RunOnBus(const RunOptions& options, const RunSetup& setup, const std::option
                              from, BusNames(network));
   emulator_options.task.recorder = recorder.get();
   const FaultContext faults = FaultContextOf(setup, network, bus_options.wanted, options.clock);
-  const control::Permissions permissions = PermissionsOf(configuration, faults, network);
+  const Permissions permissions = PermissionsOf(configuration, faults, network);
   const auto fault_port = OpenFaultPort(configuration, setup.contract, permissions);
   emulator_options.fault_port = fault_port.get();
   std::optional<ScenarioOnBus> scenario;
@@ -95,7 +96,7 @@ int RunOnBus(const RunOptions& options, const RunSetup& setup, const std::option
   const auto control = OpenControl(options.control, emulator, permissions);
   Reloader reloader(texts, [&] { return options.configuration.Load(); },
                     {{"fault.armed", [&](const Configuration& now) {
-                        const control::Permissions permitted = PermissionsOf(now, faults, network);
+                        const Permissions permitted = PermissionsOf(now, faults, network);
                         if (control) control->Permit(permitted);
                         if (fault_port) fault_port->Arm(permitted.armed);
                       }}});

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "commands/run_options.hpp"
+#include "run_options.hpp"
 #include "servohil/app/simulation_task.hpp"
 #include "stop_signals.hpp"
 

@@ -8,7 +8,7 @@
 
 namespace servohil::app {
 
-ScenarioOnBus::ScenarioOnBus(const scenario::ScenarioFile& file, const control::Permissions& permissions,
+ScenarioOnBus::ScenarioOnBus(const scenario::ScenarioFile& file, const Permissions& permissions,
                              Clock clock)
     : scenario_(file.Understand(permissions)), evaluator_(scenario_, clock != Clock::kReal) {
   if (!scenario_.commands.empty())

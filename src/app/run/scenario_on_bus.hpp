@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "commands/scenario_options.hpp"
+#include "scenario_options.hpp"
 #include "control/requests.hpp"
 #include "scenario/evaluator.hpp"
 #include "servohil/app/emulator.hpp"
@@ -12,7 +12,7 @@ namespace servohil::app {
 
 class ScenarioOnBus {
  public:
-  ScenarioOnBus(const scenario::ScenarioFile& file, const control::Permissions& permissions, Clock clock);
+  ScenarioOnBus(const scenario::ScenarioFile& file, const Permissions& permissions, Clock clock);
 
   void AddTo(TaskOptions& task);
 

@@ -1,35 +1,50 @@
 #include "fault_reader.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include "configuration/toml_text.hpp"
 #include "servohil/app/ticks.hpp"
+#include "servohil/error.hpp"
 
 namespace servohil::app::scenario {
 namespace {
 
-using Json = nlohmann::json;
-
-Json ToJson(const toml::node& node) {
-  if (const auto flag = node.value_exact<bool>()) return *flag;
-  if (const auto whole = node.value_exact<std::int64_t>()) return *whole;
-  if (const auto number = node.value_exact<double>()) return *number;
-  if (const auto text = node.value_exact<std::string>()) return *text;
-  return Shown(node);
-}
-
-/// What the control socket makes of it; its refusal becomes a mistake at the line of the key that it names.
-Influence Understood(const Entry& entry, const Json& request, std::uint64_t after_ticks,
-                     const control::Permissions& permissions) {
-  const control::RequestLine line = control::Understand(request.dump(), permissions);
-  if (!line.warning.empty()) entry.FailWhole(line.warning);  // a test with a fault that does nothing is none
-  if (const auto* asked = std::get_if<Request>(&line.asks)) return {after_ticks + 1, *asked};
-  const std::string reason = std::get<Json>(line.asks).value("reason", "");
+/// Ends the reading: the mistake stands at the line of the key that `reason` begins with, if it names one.
+[[noreturn]] void Refuse(const Entry& entry, const std::string& reason) {
   for (const auto& [name, node] : entry.Table()) {
     const std::string key(name.str());
     if (reason.rfind(key + " = ", 0) == 0) entry.Fail(key, reason.substr(reason.find(": ") + 2));
   }
   entry.FailWhole(reason);
+}
+
+/// What `ask` returns; what it refuses is a mistake of the entry.
+template <typename Ask>
+auto Permitted(const Entry& entry, Ask ask) {
+  try {
+    return ask();
+  } catch (const UsageError& error) {
+    Refuse(entry, error.what());
+  } catch (const FaultUnsupported& unsupported) {
+    Refuse(entry, unsupported.what());
+  }
+}
+
+/// All keys but those of the entry itself, in the order of their names.
+Words WordsOf(const Entry& entry) {
+  Words words;
+  for (const auto& [name, node] : entry.Table()) {
+    const std::string key(name.str());
+    if (key == "name" || key == "at_s") continue;
+    if (const auto whole = node.value_exact<std::int64_t>()) {
+      words.emplace_back(key, static_cast<double>(*whole));
+    } else if (const auto number = node.value_exact<double>()) {
+      words.emplace_back(key, *number);
+    } else if (const auto text = node.value_exact<std::string>()) {
+      words.emplace_back(key, *text);
+    } else {
+      entry.Fail(key, "must be a number or a text");
+    }
+  }
+  return words;
 }
 
 }  // namespace
@@ -38,23 +53,21 @@ std::uint64_t FaultTick(Entry& entry, std::uint64_t duration_ticks) {
   return TicksOf(entry.Number("at_s", 0.0, SecondsOf(duration_ticks), "s").value_or(0.0));
 }
 
-Influence ReadFault(Entry& entry, std::uint64_t duration_ticks, const control::Permissions& permissions) {
-  Json parameters = Json::object();
-  for (const auto& [name, node] : entry.Table()) {
-    const std::string key(name.str());
-    if (key != "name" && key != "at_s") parameters[key] = ToJson(node);
-  }
-  const Json request = {
-      {"request", "inject"}, {"fault", entry.RequireText("name")}, {"parameters", parameters}};
-  return Understood(entry, request, FaultTick(entry, duration_ticks), permissions);
+Influence ReadFault(Entry& entry, std::uint64_t duration_ticks, const Permissions& permissions) {
+  const std::string name = entry.RequireText("name");
+  const Words words = WordsOf(entry);
+  const std::uint64_t after_ticks = FaultTick(entry, duration_ticks);
+  const PermittedInjection permitted =
+      Permitted(entry, [&] { return RequestInjection(name, words, permissions); });
+  if (!permitted.warning.empty()) entry.FailWhole(permitted.warning);  // a fault without effect tests nothing
+  return {after_ticks + 1, permitted.request};
 }
 
-Influence ReadClear(Entry& entry, std::uint64_t duration_ticks, const control::Permissions& permissions) {
-  Json request = {{"request", "clear"}};
-  if (const auto name = entry.Text("fault")) request["fault"] = *name;
+Influence ReadClear(Entry& entry, std::uint64_t duration_ticks, const Permissions& permissions) {
+  const std::optional<std::string> fault = entry.Text("fault");
   const std::uint64_t after_ticks = FaultTick(entry, duration_ticks);
   entry.RefuseOthers();
-  return Understood(entry, request, after_ticks, permissions);
+  return {after_ticks + 1, Permitted(entry, [&] { return RequestClear(fault, {}, permissions); })};
 }
 
 }  // namespace servohil::app::scenario

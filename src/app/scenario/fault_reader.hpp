@@ -1,7 +1,7 @@
 #pragma once
 /// Reads [[fault]] and [[clear]] of a scenario file, in the words of the control socket.
 
-#include "control/requests.hpp"
+#include "faults/permissions.hpp"
 #include "entry.hpp"
 #include "servohil/app/recording/recording.hpp"
 
@@ -11,7 +11,7 @@ namespace servohil::app::scenario {
 std::uint64_t FaultTick(Entry& entry, std::uint64_t duration_ticks);
 
 /// Ticks of scenario time: 1 is the first.
-Influence ReadFault(Entry& entry, std::uint64_t duration_ticks, const control::Permissions& permissions);
-Influence ReadClear(Entry& entry, std::uint64_t duration_ticks, const control::Permissions& permissions);
+Influence ReadFault(Entry& entry, std::uint64_t duration_ticks, const Permissions& permissions);
+Influence ReadClear(Entry& entry, std::uint64_t duration_ticks, const Permissions& permissions);
 
 }  // namespace servohil::app::scenario

@@ -1,7 +1,6 @@
 #include "mode_check.hpp"
 
 #include "formatted.hpp"
-#include "run/report.hpp"
 #include "servohil/app/ticks.hpp"
 
 namespace servohil::app::scenario {

@@ -142,7 +142,7 @@ Scenario ScenarioFile::UnderstandExpectations() const {
   return Head();
 }
 
-Scenario ScenarioFile::Understand(const control::Permissions& permissions) const {
+Scenario ScenarioFile::Understand(const Permissions& permissions) const {
   Scenario scenario = Head();
   contents_->ForEach("command", [&](Entry& entry) {
     scenario.commands.push_back(ReadCommand(entry, SecondsOf(scenario.duration_ticks)));

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "control/requests.hpp"
+#include "faults/permissions.hpp"
 #include "scenario.hpp"
 #include "servohil/app/configuration.hpp"
 
@@ -27,7 +27,7 @@ class ScenarioFile {
   std::vector<KeySetting> Settings() const;
 
   /// The whole. @param permissions  of whoever runs it: which faults there may be
-  Scenario Understand(const control::Permissions& permissions) const;
+  Scenario Understand(const Permissions& permissions) const;
   /// For a recording: what is expected, without what happens.
   Scenario UnderstandExpectations() const;
 

@@ -4,7 +4,7 @@ namespace servohil::app::scenario {
 namespace {
 
 /// No bus is disturbed: only the configuration may forbid it.
-control::Permissions PermissionsOf(const Configuration& configuration) {
+Permissions PermissionsOf(const Configuration& configuration) {
   FaultContext context;
   context.surroundings.unfaulted = &configuration.model;
   context.surroundings.has_bus = false;

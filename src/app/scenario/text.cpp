@@ -1,7 +1,6 @@
 #include <cmath>
 
 #include "formatted.hpp"
-#include "run/report.hpp"
 #include "scenario.hpp"
 #include "servohil/app/ticks.hpp"
 

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "configuration/rest.hpp"
 #include "formatted.hpp"
 
 namespace servohil::app::thesis {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "commands/commands.hpp"
+#include "configuration/source.hpp"
 #include "servohil/app/simulation.hpp"
 #include "servohil/model/thesis_linear.hpp"
 

@@ -8,6 +8,7 @@
 #include "formatted.hpp"
 #include "servohil/error.hpp"
 #include "servohil/model/step_response.hpp"
+#include "configuration/rest.hpp"
 
 namespace servohil::app::thesis {
 namespace {

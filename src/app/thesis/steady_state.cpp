@@ -2,6 +2,7 @@
 #include <numbers>
 
 #include "groups.hpp"
+#include "configuration/rest.hpp"
 
 namespace servohil::app::thesis {
 namespace {
