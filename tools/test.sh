@@ -24,7 +24,7 @@ tools/vcan-guest --controllers --build
 
 say "build"
 cmake --build --preset release
-cmake --build --preset asan --target model_test fault_test rt_test can_test app_test servohil
+cmake --build --preset asan --target model_test fault_test rt_test can_test configuration_test signal_map_test simulation_test recording_test emulator_test scenario_test run_test servohil
 cmake --build --preset tsan --target rt_test can_test servohil
 
 pytest=(/usr/bin/python3 -m pytest -q -p no:cacheprovider)
@@ -71,7 +71,7 @@ start on_vcan
 start with_thread_sanitizer
 
 say "unit tests, address and undefined-behaviour sanitizer"
-for test in model_test fault_test rt_test can_test app_test; do "build/asan/bin/$test" --gtest_brief=1; done
+for test in {model,fault,rt,can,configuration,signal_map,simulation,recording,emulator,scenario,run}_test; do "build/asan/bin/$test" --gtest_brief=1; done
 
 # A sanitizer build of the whole program meets hostile clients and mistakes, too.
 say "whole program, address and undefined-behaviour sanitizer"

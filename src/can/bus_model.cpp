@@ -1,9 +1,9 @@
-#include "servohil/can/bus_model.hpp"
+#include "can/bus_model.hpp"
 
 #include <algorithm>
 
-#include "monotonic.hpp"
-#include "servohil/can/frame_bits.hpp"
+#include "can/frame_bits.hpp"
+#include "can/monotonic.hpp"
 
 namespace servohil::can {
 namespace {

@@ -1,9 +1,9 @@
-#include "servohil/can/bus_monitor.hpp"
+#include "can/bus_monitor.hpp"
 
 #include <algorithm>
 #include <array>
 #include <utility>
-#include "monotonic.hpp"
+#include "can/monotonic.hpp"
 
 namespace servohil::can {
 namespace {

@@ -3,7 +3,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "servohil/can/bus.hpp"
+#include "can/bus.hpp"
 
 namespace servohil::can {
 

@@ -1,4 +1,4 @@
-#include "servohil/can/error_frame.hpp"
+#include "can/error_frame.hpp"
 
 #include <linux/can/error.h>
 

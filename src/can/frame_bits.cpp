@@ -1,9 +1,9 @@
-#include "servohil/can/frame_bits.hpp"
+#include "can/frame_bits.hpp"
 
 #include <algorithm>
 #include <cstddef>
 
-#include "data_length.hpp"
+#include "can/data_length.hpp"
 
 namespace servohil::can {
 

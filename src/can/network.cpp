@@ -1,4 +1,4 @@
-#include "servohil/can/network.hpp"
+#include "can/network.hpp"
 
 #include <poll.h>
 #include <sys/eventfd.h>
@@ -10,9 +10,9 @@
 #include <ctime>
 #include <system_error>
 
-#include "monotonic.hpp"
-#include "realtime_clock.hpp"
-#include "servohil/error.hpp"
+#include "base/error.hpp"
+#include "can/monotonic.hpp"
+#include "can/realtime_clock.hpp"
 
 namespace servohil::can {
 namespace {
@@ -31,12 +31,14 @@ Network::Network(const std::vector<std::string>& urls, const BusOptions& options
   for (const std::string& url : urls) buses_.push_back(OpenBus(url, options));
   wake_fd_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   if (wake_fd_ < 0) {
-    throw EnvironmentError("cannot make an event descriptor: " + std::generic_category().message(errno));
+    throw base::EnvironmentError("cannot make an event descriptor: " +
+                                 std::generic_category().message(errno));
   }
   if (!options.model) return;
   for (const auto& bus : buses_) {
     if (!bus->IsVirtual())
-      throw UsageError("can.emulate_bitrate is for virtual buses; " + bus->Name() + " is a physical one");
+      throw base::UsageError("can.emulate_bitrate is for virtual buses; " + bus->Name() +
+                             " is a physical one");
   }
   model_.emplace(*options.model);
 }

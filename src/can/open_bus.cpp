@@ -1,9 +1,9 @@
-#include "servohil/can/bus.hpp"
-#include "servohil/can/interface_state.hpp"
-#include "servohil/error.hpp"
-#include "slcan_adapter.hpp"
-#include "slcan_serial.hpp"
-#include "socketcan.hpp"
+#include "base/error.hpp"
+#include "can/bus.hpp"
+#include "can/slcan/slcan_adapter.hpp"
+#include "can/slcan/slcan_serial.hpp"
+#include "can/socketcan/interface_state.hpp"
+#include "can/socketcan/socketcan.hpp"
 
 namespace servohil::can {
 namespace {
@@ -23,8 +23,9 @@ std::string Suggestion(const std::string& url) {
 }
 
 [[noreturn]] void ThrowUnknown(const std::string& url) {
-  throw UsageError("unknown bus '" + url +
-                   "': expected socketcan:IFACE, slcan:pty[:LINK] or slcan:/dev/DEVICE" + Suggestion(url));
+  throw base::UsageError("unknown bus '" + url +
+                         "': expected socketcan:IFACE, slcan:pty[:LINK] or slcan:/dev/DEVICE" +
+                         Suggestion(url));
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 /// Faults of the bus and of the emulator itself.
 /// A part of the catalogue's table: read by catalogue.cpp alone.
 
-#include "parameter_acts.hpp"
-#include "servohil/model/step.hpp"
+#include "fault/parameter_acts.hpp"
+#include "model/step.hpp"
 
 namespace servohil::fault {
 

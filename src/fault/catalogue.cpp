@@ -1,11 +1,11 @@
-#include "servohil/fault/catalogue.hpp"
+#include "fault/catalogue.hpp"
 
-#include "bus_faults.hpp"
-#include "oil_and_supply_faults.hpp"
-#include "piston_and_load_faults.hpp"
-#include "relay_faults.hpp"
-#include "sensor_faults.hpp"
-#include "stabilizer_faults.hpp"
+#include "fault/bus_faults.hpp"
+#include "fault/oil_and_supply_faults.hpp"
+#include "fault/piston_and_load_faults.hpp"
+#include "fault/relay_faults.hpp"
+#include "fault/sensor_faults.hpp"
+#include "fault/stabilizer_faults.hpp"
 
 namespace servohil::fault {
 namespace {

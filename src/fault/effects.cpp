@@ -1,4 +1,4 @@
-#include "servohil/fault/effects.hpp"
+#include "fault/effects.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "servohil/fault/injection.hpp"
+#include "fault/injection.hpp"
 
 #include <algorithm>
 

@@ -2,8 +2,8 @@
 /// Faults of the oil and of its supply.
 /// A part of the catalogue's table: read by catalogue.cpp alone.
 
-#include "parameter_acts.hpp"
-#include "servohil/model/oil.hpp"
+#include "fault/parameter_acts.hpp"
+#include "model/oil.hpp"
 
 namespace servohil::fault {
 

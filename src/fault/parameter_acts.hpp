@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "servohil/fault/catalogue.hpp"
+#include "fault/catalogue.hpp"
 
 namespace servohil::fault {
 

@@ -1,8 +1,8 @@
-#include "servohil/fault/schedule.hpp"
+#include "fault/schedule.hpp"
 
 #include <algorithm>
 
-#include "servohil/model/step.hpp"
+#include "model/step.hpp"
 
 namespace servohil::fault {
 

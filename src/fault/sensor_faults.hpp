@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "parameter_acts.hpp"
+#include "fault/parameter_acts.hpp"
 
 namespace servohil::fault {
 

@@ -1,9 +1,9 @@
-#include "servohil/fault/sensors.hpp"
+#include "fault/sensors.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "servohil/model/step.hpp"
+#include "model/step.hpp"
 
 namespace servohil::fault {
 namespace {

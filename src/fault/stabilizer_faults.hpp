@@ -2,7 +2,7 @@
 /// Faults of the transient flow stabilizer.
 /// A part of the catalogue's table: read by catalogue.cpp alone.
 
-#include "parameter_acts.hpp"
+#include "fault/parameter_acts.hpp"
 
 namespace servohil::fault {
 

@@ -1,4 +1,4 @@
-#include "servohil/model/derived.hpp"
+#include "model/derived.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,12 @@
-#include "servohil/model/envelope_sweep.hpp"
+#include "model/envelope_sweep.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "servohil/model/servomotor.hpp"
-#include "servohil/model/steady_state.hpp"
-#include "servohil/model/step.hpp"
+#include "model/servomotor.hpp"
+#include "model/steady_state.hpp"
+#include "model/step.hpp"
 
 namespace servohil::model {
 namespace {

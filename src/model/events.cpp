@@ -1,8 +1,8 @@
-#include "events.hpp"
+#include "model/events.hpp"
 
 #include <algorithm>
 
-#include "servohil/model/servomotor.hpp"
+#include "model/servomotor.hpp"
 
 namespace servohil::model {
 namespace {

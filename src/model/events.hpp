@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "servohil/model/derived.hpp"
-#include "servohil/model/state.hpp"
+#include "model/derived.hpp"
+#include "model/state.hpp"
 
 namespace servohil::model {
 

@@ -1,4 +1,4 @@
-#include "servohil/model/oil.hpp"
+#include "model/oil.hpp"
 
 namespace servohil::model {
 namespace {

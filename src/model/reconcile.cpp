@@ -1,7 +1,7 @@
-#include "servohil/model/reconcile.hpp"
+#include "model/reconcile.hpp"
 
-#include "events.hpp"
-#include "servohil/model/servomotor.hpp"
+#include "model/events.hpp"
+#include "model/servomotor.hpp"
 
 namespace servohil::model {
 namespace {

@@ -1,10 +1,10 @@
-#include "servohil/model/servomotor.hpp"
+#include "model/servomotor.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "servohil/model/laws.hpp"
+#include "model/laws.hpp"
 
 namespace servohil::model {
 namespace {

@@ -1,10 +1,10 @@
-#include "servohil/model/steady_state.hpp"
+#include "model/steady_state.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "servohil/model/laws.hpp"
-#include "servohil/model/step.hpp"
+#include "model/laws.hpp"
+#include "model/step.hpp"
 
 namespace servohil::model {
 namespace {

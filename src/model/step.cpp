@@ -1,12 +1,12 @@
-#include "servohil/model/step.hpp"
+#include "model/step.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "events.hpp"
-#include "servohil/model/rosenbrock.hpp"
-#include "servohil/model/runge_kutta.hpp"
-#include "servohil/model/servomotor.hpp"
+#include "model/events.hpp"
+#include "model/rosenbrock.hpp"
+#include "model/runge_kutta.hpp"
+#include "model/servomotor.hpp"
 
 namespace servohil::model {
 namespace {

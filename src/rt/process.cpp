@@ -1,4 +1,4 @@
-#include "servohil/rt/process.hpp"
+#include "rt/process.hpp"
 
 #include <malloc.h>
 #include <pthread.h>

@@ -1,11 +1,11 @@
-#include "servohil/can/bus_model.hpp"
+#include "can/bus_model.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
-#include "servohil/can/frame_bits.hpp"
+#include "can/frame_bits.hpp"
 
 namespace servohil::can {
 namespace {

@@ -1,4 +1,4 @@
-#include "servohil/can/bus_monitor.hpp"
+#include "can/bus_monitor.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "servohil/can/error_frame.hpp"
+#include "can/error_frame.hpp"
 
 #include <gtest/gtest.h>
 #include <linux/can/error.h>

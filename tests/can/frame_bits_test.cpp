@@ -1,4 +1,4 @@
-#include "servohil/can/frame_bits.hpp"
+#include "can/frame_bits.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "servohil/can/network.hpp"
+#include "can/network.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <ctime>
 #include <thread>
 
-#include "servohil/error.hpp"
-#include "terminal.hpp"
+#include "base/error.hpp"
+#include "can/slcan/terminal.hpp"
 
 namespace servohil::can {
 namespace {
@@ -213,7 +213,7 @@ TEST(Network, AtTheEndWhatWaitsInTheModelGoesOut) {
 }
 
 TEST(Network, WhatCannotBeOpenedIsAnError) {
-  EXPECT_THROW(Network({"slcan:pty", "nonsense"}, BusOptions{}), UsageError);
+  EXPECT_THROW(Network({"slcan:pty", "nonsense"}, BusOptions{}), base::UsageError);
 }
 
 TEST(Network, OneThreadReceivesWhileAnotherSends) {

@@ -1,4 +1,4 @@
-#include "servohil/can/progress_watch.hpp"
+#include "can/progress_watch.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "../model/nominal.hpp"
-#include "servohil/app/simulation.hpp"
-#include "servohil/fault/catalogue.hpp"
+#include "fault/catalogue.hpp"
+#include "model/nominal.hpp"
+#include "simulation/simulation.hpp"
 
 namespace servohil::fault {
 
@@ -85,13 +85,13 @@ class Bench {
     return *this;
   }
 
-  const app::Sample& Run(int ticks) {
+  const simulation::Sample& Run(int ticks) {
     for (int i = 0; i < ticks; ++i) simulation.Tick(p1_psi);
     EXPECT_FALSE(simulation.Now().model_fault);
     return simulation.Now();
   }
   /// Long enough to come to rest: the slowest mode of the nominal servomotor takes 50 ms.
-  const app::Sample& Settle() {
+  const simulation::Sample& Settle() {
     Run(30'000);
     EXPECT_NEAR(State().v3_in_s, 0.0, 1e-6);
     return simulation.Now();
@@ -104,7 +104,7 @@ class Bench {
   Parameters parameters;
   model::SteadyState start;
   double p1_psi;
-  app::Simulation simulation;
+  simulation::Simulation simulation;
 };
 
 }  // namespace servohil::fault::testing

@@ -1,5 +1,5 @@
 // What each fault of the bus and of the emulator decides about frames, wire and machine. That sender,
-// receiver and loop do so is in tests/app/fault_task_test.cpp, and from outside in
+// receiver and loop do so is in tests/emulator/fault_task_test.cpp, and from outside in
 // tests/e2e/test_injected_faults.py.
 
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include <cmath>
 
 #include "bench.hpp"
-#include "effects.hpp"
-#include "servohil/fault/effects.hpp"
+#include "effect_tests.hpp"
+#include "fault/effects.hpp"
 
 namespace servohil::fault {
 namespace {
@@ -21,7 +21,7 @@ constexpr std::uint8_t kMessage = 2;
 constexpr std::uint64_t kFrames = 10'000;
 
 Schedule With(const char* name, const std::vector<double>& values = {}, std::uint64_t seed = 0) {
-  Injection injection = Of(name, values);
+  Injection injection = testing::Of(name, values);
   injection.start_tick = 1;
   injection.seed = seed;
   Schedule schedule;
@@ -53,7 +53,7 @@ void ExpectShareHit(const char* name, const std::vector<double>& values, double 
   EXPECT_NEAR(static_cast<double>(count), n * probability, bound);
   const double agree = probability * probability + (1 - probability) * (1 - probability);
   EXPECT_NEAR(static_cast<double>(same_as_other_seed), n * agree, 4 * std::sqrt(n * agree * (1 - agree)));
-  if (std::get_if<TransmitAct>(&Find(Of(name).id)->act) != nullptr) {
+  if (std::get_if<TransmitAct>(&Find(testing::Of(name).id)->act) != nullptr) {
     EXPECT_NEAR(static_cast<double>(same_as_other_message), n * agree,
                 4 * std::sqrt(n * agree * (1 - agree)));
   }
@@ -61,7 +61,7 @@ void ExpectShareHit(const char* name, const std::vector<double>& values, double 
 
 void Silent() {
   EXPECT_TRUE(Fate(With("tx_silent")).lost);
-  Injection one = Of("tx_silent");
+  Injection one = testing::Of("tx_silent");
   one.target = kMessage;
   Schedule schedule;
   schedule.Inject(one);
@@ -162,7 +162,7 @@ void ErrorFrames() {
 }
 /// At the start of each pulse.
 void MissedTicks() {
-  Injection injection = Of("missed_ticks", {30.0});
+  Injection injection = testing::Of("missed_ticks", {30.0});
   injection.start_tick = 10;
   injection.for_ticks = 5;
   injection.period_ticks = 20;
@@ -176,7 +176,7 @@ void MissedTicks() {
 }
 
 TEST(BusFaults, ThatAreRampedHitMoreAndMore) {
-  Injection injection = Of("tx_lost", {1.0});
+  Injection injection = testing::Of("tx_lost", {1.0});
   injection.start_tick = 1;
   injection.ramp_ticks = 1'000;
   Schedule schedule;

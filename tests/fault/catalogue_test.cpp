@@ -1,4 +1,4 @@
-#include "servohil/fault/catalogue.hpp"
+#include "fault/catalogue.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <sstream>
 
 #include "bench.hpp"
-#include "faults/document.hpp"
-#include "servohil/app/configuration.hpp"
+#include "configuration/configuration.hpp"
+#include "fault_words/document.hpp"
 
 namespace servohil::fault {
 namespace {
@@ -58,7 +58,7 @@ TEST(Catalogue, PartsStandTogether) {
 }
 
 TEST(Catalogue, NothingOfAFaultLeavesTheParametersToTheLastBit) {
-  Parameters p = WithStabilizer();
+  Parameters p = testing::WithStabilizer();
   p.oil.name = model::OilName::kIsoVg32;
   p.supply.drain_pressure_psi = 0.3;
   p.friction = {.coulomb_psi = 3.1, .closing_ratio = 0.7};
@@ -75,9 +75,9 @@ TEST(Catalogue, NothingOfAFaultLeavesTheParametersToTheLastBit) {
 
 TEST(Catalogue, AFaultThatThesisPhysicsIsSaidToHaveHasAnEffectThere) {
   for (const Spec& spec : Catalogue()) {
-    Parameters p = WithStabilizer();
+    Parameters p = testing::WithStabilizer();
     p.physics = model::Physics::kThesis;
-    if (!spec.ActsAs<ParameterAct>() || UnsupportedBy(spec, p) != nullptr) continue;
+    if (!spec.ActsAs<ParameterAct>() || testing::UnsupportedBy(spec, p) != nullptr) continue;
     testing::Bench with(p);
     testing::Bench without(p);
     with.Inject(spec.name);
@@ -87,13 +87,14 @@ TEST(Catalogue, AFaultThatThesisPhysicsIsSaidToHaveHasAnEffectThere) {
 }
 
 TEST(Catalogue, WhatTheModelDoesNotHaveIsRefused) {
-  Parameters thesis = Full();
+  Parameters thesis = testing::Full();
   thesis.physics = model::Physics::kThesis;
-  EXPECT_STREQ(UnsupportedBy(testing::Named("air_entrainment"), thesis),
+  EXPECT_STREQ(testing::UnsupportedBy(testing::Named("air_entrainment"), thesis),
                "model.physics = \"thesis\" does not have what it acts on");
-  EXPECT_EQ(UnsupportedBy(testing::Named("air_entrainment"), Full()), nullptr);
-  EXPECT_STREQ(UnsupportedBy(testing::Named("gas_charge_lost"), Full()), "stabilizer.enabled is false");
-  EXPECT_EQ(UnsupportedBy(testing::Named("gas_charge_lost"), WithStabilizer()), nullptr);
+  EXPECT_EQ(testing::UnsupportedBy(testing::Named("air_entrainment"), testing::Full()), nullptr);
+  EXPECT_STREQ(testing::UnsupportedBy(testing::Named("gas_charge_lost"), testing::Full()),
+               "stabilizer.enabled is false");
+  EXPECT_EQ(testing::UnsupportedBy(testing::Named("gas_charge_lost"), testing::WithStabilizer()), nullptr);
 }
 
 /// Keys that a fault takes where no configuration does, on purpose.
@@ -126,10 +127,10 @@ TEST(Catalogue, AFaultLeavesTheParametersWhereAConfigurationMayHaveThem) {
   for (const Spec& spec : Catalogue()) {
     if (!spec.ActsAs<ParameterAct>()) continue;
     for (const auto& corner : Corners(spec)) {
-      app::Configuration faulted;
-      faulted.model = Under(WithStabilizer(), spec.name, corner);
-      for (const app::Key& key : app::KeyTable()) {
-        const auto* place = std::get_if<double& (*)(app::Configuration&)>(&key.place);
+      configuration::Configuration faulted;
+      faulted.model = testing::Under(testing::WithStabilizer(), spec.name, corner);
+      for (const configuration::Key& key : configuration::KeyTable()) {
+        const auto* place = std::get_if<double& (*)(configuration::Configuration&)>(&key.place);
         if (place == nullptr || !(key.minimum < key.maximum)) continue;
         const std::string what = std::string(spec.name) + " " + key.name;
         if (kBeyond.count(what) != 0) continue;
@@ -162,7 +163,7 @@ TEST(FaultDocument, IsWhatTheCatalogueSays) {
   std::ifstream file(SERVOHIL_SOURCE_DIR "/FAULTS.md");
   std::ostringstream committed;
   committed << file.rdbuf();
-  EXPECT_EQ(committed.str(), app::FaultDocument()) << "servohil fault list --markdown > FAULTS.md";
+  EXPECT_EQ(committed.str(), fault_words::FaultDocument()) << "servohil fault list --markdown > FAULTS.md";
 }
 
 }  // namespace

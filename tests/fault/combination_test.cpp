@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "bench.hpp"
+#include "emulator/simulation_task.hpp"
 #include "run/scripted_run.hpp"
-#include "servohil/app/quantity.hpp"
-#include "servohil/app/simulation_task.hpp"
+#include "simulation/quantity.hpp"
 
 namespace servohil::fault {
 namespace {
@@ -39,7 +39,7 @@ class Random {
 };
 
 Parameters AnyServomotor(Random& random) {
-  Parameters p = random.Chance() ? WithStabilizer() : Full();
+  Parameters p = random.Chance() ? testing::WithStabilizer() : testing::Full();
   if (random.Chance()) p.friction.coulomb_psi = random.Between(0.0, 20.0);
   if (random.Chance()) p.supply.pump_flow_in3_s = random.Between(150.0, 4'000.0);
   if (random.Chance()) p.oil.air_fraction = random.Between(0.0, 0.05);
@@ -85,7 +85,7 @@ void SetTimeLine(Random& random, Injection& injection) {
 /// Anything that may be asked of this servomotor, its sensors and its bus.
 Injection AnyFault(Random& random, const Parameters& p) {
   const Spec* spec = nullptr;
-  while (spec == nullptr || UnsupportedBy(*spec, p) != nullptr)
+  while (spec == nullptr || testing::UnsupportedBy(*spec, p) != nullptr)
     spec = &Catalogue()[random.Below(Catalogue().size())];
   Injection injection;
   injection.id = spec->id;
@@ -105,23 +105,23 @@ Injection AnyFault(Random& random, const Parameters& p) {
 }
 
 /// Commands all over the envelope, up to five faults, some cleared again.
-std::vector<app::Influence> AnyScript(Random& random, const Parameters& p, double p1_psi) {
-  std::vector<app::Influence> script;
-  const auto at = [&](std::uint64_t tick, app::Request::Kind kind) -> app::Request& {
+std::vector<recording::Influence> AnyScript(Random& random, const Parameters& p, double p1_psi) {
+  std::vector<recording::Influence> script;
+  const auto at = [&](std::uint64_t tick, simulation::Request::Kind kind) -> simulation::Request& {
     script.push_back({tick, {}});
     script.back().request.kind = kind;
     return script.back().request;
   };
-  at(1, app::Request::Kind::kCommand).p1_psi = p1_psi;
+  at(1, simulation::Request::Kind::kCommand).p1_psi = p1_psi;
   for (std::size_t i = 1 + random.Below(5); i > 0; --i) {
     const std::uint64_t tick = 1 + random.Below(kTicks / 2);
     const Injection injection = AnyFault(random, p);
-    at(tick, app::Request::Kind::kInject).injection = injection;
+    at(tick, simulation::Request::Kind::kInject).injection = injection;
     if (random.Below(4) == 0)
-      at(tick + random.Below(kTicks), app::Request::Kind::kClear).injection = injection;
+      at(tick + random.Below(kTicks), simulation::Request::Kind::kClear).injection = injection;
   }
   for (std::size_t i = random.Below(10); i > 0; --i) {
-    at(1 + random.Below(kTicks), app::Request::Kind::kCommand).p1_psi =
+    at(1 + random.Below(kTicks), simulation::Request::Kind::kCommand).p1_psi =
         random.Chance() ? random.Between(0.0, 300.0) : random.Between(24.0, 42.0);
   }
   std::stable_sort(script.begin(), script.end(),
@@ -142,10 +142,10 @@ std::uint64_t Mixed(std::uint64_t hash, std::uint64_t bits) {
 }
 
 /// Everything that the sender would get.
-void HashPublications(app::SimulationTask& task, std::uint64_t& hash) {
-  app::Publication publication;
+void HashPublications(emulator::SimulationTask& task, std::uint64_t& hash) {
+  simulation::Publication publication;
   while (task.TryPopPublication(publication)) {
-    for (const app::Quantity& quantity : app::Quantities())
+    for (const simulation::Quantity& quantity : simulation::Quantities())
       hash =
           Mixed(hash, std::bit_cast<std::uint64_t>(publication.measured.Of(quantity, publication.telemetry)));
     hash = Mixed(hash, publication.fate.delay_ticks);
@@ -154,7 +154,7 @@ void HashPublications(app::SimulationTask& task, std::uint64_t& hash) {
 }
 
 /// @return whether it is finite and inside all bounds
-bool IsSound(const app::Sample& now) {
+bool IsSound(const simulation::Sample& now) {
   const model::State& s = now.state;
   return !now.model_fault && s.Vector().allFinite() && s.x3_in >= 0.0 && s.x3_in <= 8.0 &&
          std::min({s.p2_psi, s.p3_psi, s.p4_psi, s.p8_psi}) >= -14.696;
@@ -165,15 +165,15 @@ Outcome RunScenario(unsigned seed) {
   const Parameters p = AnyServomotor(random);
   const model::SteadyState start = model::SteadyStateAt(model::Derived(p), random.Between(1.0, 7.5));
   if (!start) return {};
-  const std::vector<app::Influence> script = AnyScript(random, p, start.p1_psi);
-  app::TaskOptions options;
+  const std::vector<recording::Influence> script = AnyScript(random, p, start.p1_psi);
+  emulator::TaskOptions options;
   options.duration_ticks = kTicks;
   options.cycle_ticks[0] = 50;
-  const auto task = std::make_unique<app::SimulationTask>(p, start, options);
+  const auto task = std::make_unique<emulator::SimulationTask>(p, start, options);
   Outcome outcome{.started = true};
-  app::RunScript(*task, script, [&] {
+  run::RunScript(*task, script, [&] {
     HashPublications(*task, outcome.published);
-    const app::Sample& now = task->Now().sample;
+    const simulation::Sample& now = task->Now().sample;
     EXPECT_TRUE(IsSound(now)) << "seed " << seed << ", tick " << now.tick << ": x3 = " << now.state.x3_in
                               << ", P3 = " << now.state.p3_psi << ", P4 = " << now.state.p4_psi
                               << ", P8 = " << now.state.p8_psi;

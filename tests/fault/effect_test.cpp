@@ -10,10 +10,10 @@
 #include <string>
 
 #include "bench.hpp"
-#include "effects.hpp"
-#include "servohil/model/laws.hpp"
-#include "servohil/model/linearization.hpp"
-#include "servohil/model/reconcile.hpp"
+#include "effect_tests.hpp"
+#include "linear/linearization.hpp"
+#include "model/laws.hpp"
+#include "model/reconcile.hpp"
 
 namespace servohil::fault {
 namespace {
@@ -47,7 +47,7 @@ double RingingHz(Bench& bench) {
 }
 /// Closed ports: no flow but the oil's compression.
 Parameters WithPortsShut() {
-  Parameters p = Full();
+  Parameters p = testing::Full();
   p.servo.underlap_in = -0.01;
   p.servo.relay_plunger_clearance_in = 1e-4;
   return p;
@@ -146,7 +146,7 @@ void SupplySag() {
   double v_in_s[2] = {};
   double p3_psi[2] = {};
   for (int faulted = 0; faulted < 2; ++faulted) {
-    Bench bench(Full(), 5.5);
+    Bench bench(testing::Full(), 5.5);
     if (faulted != 0) bench.Inject("supply_sag", {60.0});
     bench.p1_psi = 300.0;
     while (bench.State().x3_in < 6.2) bench.Run(1);  // the load is 67 psi from 5.5 to 6.25 in
@@ -166,7 +166,7 @@ void SupplyRipple() {
     ASSERT_NEAR(bench.Run(1).state.p2_psi, 300.0 + 10.0 * std::sin(2 * pi * tick / 400.0), 1e-9) << tick;
   // A finite pump's set point: C2 dP2/dt = (Q_max/band) (P_set - P2) and what is drawn, C2 = V/(k P_abs), so
   // that P2 follows with g/sqrt(g² + w²), g = 200/10/C2 = 17.6 1/s: 0.111 of it at 25 Hz.
-  Parameters p = Full();
+  Parameters p = testing::Full();
   p.supply.pump_flow_in3_s = 200.0;
   Bench finite(p);
   finite.Inject("supply_ripple", {2.0, 25.0}).Run(4'000);
@@ -193,7 +193,7 @@ void SupplyLoss() {
                  -(Metering(0.002 - opening, P3) + Metering(0.002 + opening, P3)) / kA3, 0.03);
   EXPECT_EQ(bench.Run(20'000).state.x3_in, 0.0);
 
-  Parameters p = Full();
+  Parameters p = testing::Full();
   p.supply.pump_flow_in3_s = 200.0;
   Bench finite(p);
   const double P2 = finite.State().p2_psi;
@@ -317,7 +317,7 @@ void MainSpringBroken() {
 /// v = (Q3 - Q6)/A3 of the ports where they are stuck.
 void PlungerStuck() {
   for (double p1_psi : {0.0, 300.0}) {
-    Bench bench(Full(), 5.5);
+    Bench bench(testing::Full(), 5.5);
     bench.p1_psi = p1_psi;
     bench.Inject("plunger_stuck", {0.005}).Run(1'000);
     EXPECT_NEAR(bench.Opening(), 0.005, 1e-6);
@@ -437,8 +437,8 @@ const double kB7 = 2.28 * 8e-5 / (16 * pi * 2.2e-6 * 15.0);
 
 /// P8 stays, and the piston goes as without a stabilizer.
 void StabilizerIsolated() {
-  Bench isolated(WithStabilizer());
-  Bench without(Full());
+  Bench isolated(testing::WithStabilizer());
+  Bench without(testing::Full());
   isolated.Inject("stabilizer_isolated");
   const double P8 = isolated.State().p8_psi;
   for (Bench* bench : {&isolated, &without}) bench->p1_psi += 1.0;
@@ -450,7 +450,7 @@ void StabilizerIsolated() {
 
 /// P3 - P8 = R7 Q8 (1 + b7 Q8): half the area has four times the resistance.
 void StabilizerCapillaryPlugged() {
-  Bench bench(WithStabilizer());
+  Bench bench(testing::WithStabilizer());
   bench.Inject("stabilizer_capillary_plugged", {0.5}).Inject("load_step", {20.0}).Run(30);
   const double dP = bench.State().p3_psi - bench.State().p8_psi;
   ASSERT_GT(std::fabs(dP), 1.0);
@@ -460,7 +460,7 @@ void StabilizerCapillaryPlugged() {
 /// dP8/dt = Q8/C8, C8 = V8/K + V_gas/(k P8_abs), V_gas = left V_a at the charge pressure of 103 psi, which is
 /// P8 here.
 void Gas(const char* fault, const std::vector<double>& values, double left) {
-  Bench bench(WithStabilizer());
+  Bench bench(testing::WithStabilizer());
   bench.Inject(fault, values).Inject("load_step", {20.0}).Run(5);
   const double before_psi = bench.State().p8_psi;
   const double flow = bench.Outputs().q8_in3_s;
@@ -474,7 +474,7 @@ void GasChargeLost() {
   Gas("gas_charge_lost", {0.5}, 0.5);
   // The diaphragm seats where what is left of the gas fills the shell: P V^k, half of it at 0.5^1.4 of 34.7
   // psi abs.
-  EXPECT_NEAR(Under(WithStabilizer(), "gas_charge_lost", {0.5}).stabilizer.precharge_psi,
+  EXPECT_NEAR(testing::Under(testing::WithStabilizer(), "gas_charge_lost", {0.5}).stabilizer.precharge_psi,
               34.696 * std::pow(0.5, 1.4) - 14.696, 1e-9);
 }
 void DiaphragmRuptured() {
@@ -547,14 +547,14 @@ TEST_P(EveryFault, HasItsEffect) {
 
 /// Cleared, the run goes on as one that has no faults and the same state.
 TEST_P(EveryModelFault, IsGoneWhenCleared) {
-  Bench bench(WithStabilizer());
+  Bench bench(testing::WithStabilizer());
   bench.Inject(GetParam().name, {}, 20);
   bench.p1_psi += 3.0;
   bench.Run(300);
-  const app::Sample faulted = bench.simulation.Now();
+  const simulation::Sample faulted = bench.simulation.Now();
   const Derived derived(bench.parameters);
-  Bench unfaulted(WithStabilizer());
-  app::Sample sample = faulted;
+  Bench unfaulted(testing::WithStabilizer());
+  simulation::Sample sample = faulted;
   sample.state = model::Reconciled(derived, faulted.state, bench.p1_psi);
   unfaulted.simulation.Restore(sample, {});
   unfaulted.p1_psi = bench.p1_psi;
@@ -576,18 +576,18 @@ TEST(Effects, AreAllOfTheCatalogue) {
 
 /// The thesis' point, chapter V: the stabilizer damps; shut, plugged or without gas it damps less.
 TEST(Effects, AFaultOfTheStabilizerTakesDampingAway) {
-  Parameters p = WithStabilizer();
+  Parameters p = testing::WithStabilizer();
   p.oil.air_fraction = 0.02;
   const auto damping = [](const Parameters& q) {
     const Derived d(q);
-    return model::Poles(model::Linearize(d, model::SteadyStateAt(d, 4.0)).system).LeastDamped().Damping();
+    return linear::Poles(linear::Linearize(d, model::SteadyStateAt(d, 4.0)).system).LeastDamped().Damping();
   };
   const double healthy = damping(p);
   Parameters without = p;
   without.stabilizer.enabled = false;
   EXPECT_GT(healthy, damping(without));
-  EXPECT_NEAR(damping(Under(p, "stabilizer_isolated")), damping(without), 1e-6);
-  EXPECT_LT(damping(Under(p, "diaphragm_ruptured")), healthy);
+  EXPECT_NEAR(damping(testing::Under(p, "stabilizer_isolated")), damping(without), 1e-6);
+  EXPECT_LT(damping(testing::Under(p, "diaphragm_ruptured")), healthy);
 }
 
 }  // namespace

@@ -1,27 +1,27 @@
-#include "servohil/model/reconcile.hpp"
+#include "model/reconcile.hpp"
 
 #include <gtest/gtest.h>
 
 #include "bench.hpp"
 
-namespace servohil::model {
+namespace servohil::fault {
 namespace {
 
-using fault::testing::Full;
-using fault::testing::WithStabilizer;
+using testing::Full;
+using testing::WithStabilizer;
 
-Parameters WithCoulomb(double psi) {
-  Parameters p = Full();
+model::Parameters WithCoulomb(double psi) {
+  model::Parameters p = testing::Full();
   p.friction.coulomb_psi = psi;
   return p;
 }
 
-State AtRest(const Parameters& p) {
-  return SteadyStateAt(Derived(p), 4.0).state;
+model::State AtRest(const model::Parameters& p) {
+  return model::SteadyStateAt(model::Derived(p), 4.0).state;
 }
 
-State Moving(double v3_in_s, double p3_psi = 110.0) {
-  State s = AtRest(Full());
+model::State Moving(double v3_in_s, double p3_psi = 110.0) {
+  model::State s = AtRest(testing::Full());
   s.v3_in_s = v3_in_s;
   s.p3_psi = p3_psi;
   s.p8_psi = p3_psi;
@@ -29,28 +29,29 @@ State Moving(double v3_in_s, double p3_psi = 110.0) {
 }
 
 TEST(Reconciled, KeepsWhatOilAndMassKeep) {
-  Parameters p = WithCoulomb(15.0);
+  model::Parameters p = WithCoulomb(15.0);
   p.supply.pressure_psi = 250.0;
   p.cam.x3_star_in += 0.1;
-  const State before = Moving(-3.0);
-  const State after = Reconciled(Derived(p), before, 30.0);
+  const model::State before = Moving(-3.0);
+  const model::State after = model::Reconciled(model::Derived(p), before, 30.0);
   EXPECT_EQ(after.x3_in, before.x3_in);
   EXPECT_EQ(after.v3_in_s, before.v3_in_s);
   EXPECT_EQ(after.p3_psi, before.p3_psi);
   EXPECT_EQ(after.p4_psi, before.p4_psi);
   EXPECT_EQ(after.p2_psi, 250.0) << "a constant supply has its new pressure";
   p.supply.pump_flow_in3_s = 100.0;
-  EXPECT_EQ(Reconciled(Derived(p), before, 30.0).p2_psi, before.p2_psi) << "an accumulator keeps its own";
+  EXPECT_EQ(model::Reconciled(model::Derived(p), before, 30.0).p2_psi, before.p2_psi)
+      << "an accumulator keeps its own";
 }
 
 TEST(Reconciled, DoesNotChangeAStateOfTheSameParameters) {
-  for (const Parameters& p : {Full(), WithCoulomb(15.0), WithStabilizer()}) {
-    fault::testing::Bench bench(p);
+  for (const model::Parameters& p : {testing::Full(), WithCoulomb(15.0), testing::WithStabilizer()}) {
+    testing::Bench bench(p);
     for (double p1_psi : {60.0, 10.0, 300.0, 0.0}) {
       bench.p1_psi = p1_psi;
       for (int i = 0; i < 50; ++i) {
-        const State s = bench.Run(10).state;
-        const State same = Reconciled(Derived(p), s, p1_psi);
+        const model::State s = bench.Run(10).state;
+        const model::State same = model::Reconciled(model::Derived(p), s, p1_psi);
         ASSERT_EQ(same.Vector(), s.Vector());
         ASSERT_EQ(same.mode.motion, s.mode.motion);
         ASSERT_EQ(same.mode.plunger, s.mode.plunger);
@@ -61,69 +62,74 @@ TEST(Reconciled, DoesNotChangeAStateOfTheSameParameters) {
 }
 
 TEST(Reconciled, FrictionThatAppearsActsAgainstTheMotion) {
-  const Derived d(WithCoulomb(15.0));
-  EXPECT_EQ(Reconciled(d, Moving(2.0), 30.0).mode.motion, Motion::kUp);
-  EXPECT_EQ(Reconciled(d, Moving(-2.0), 30.0).mode.motion, Motion::kDown);
+  const model::Derived d(WithCoulomb(15.0));
+  EXPECT_EQ(model::Reconciled(d, Moving(2.0), 30.0).mode.motion, model::Motion::kUp);
+  EXPECT_EQ(model::Reconciled(d, Moving(-2.0), 30.0).mode.motion, model::Motion::kDown);
   // At 4 in the load is 103 psi: what P3 leaves of 15 psi decides.
-  EXPECT_EQ(Reconciled(d, Moving(0.0, 110.0), 30.0).mode.motion, Motion::kStuck);
-  EXPECT_EQ(Reconciled(d, Moving(0.0, 119.0), 30.0).mode.motion, Motion::kUp);
-  EXPECT_EQ(Reconciled(d, Moving(0.0, 87.0), 30.0).mode.motion, Motion::kDown);
+  EXPECT_EQ(model::Reconciled(d, Moving(0.0, 110.0), 30.0).mode.motion, model::Motion::kStuck);
+  EXPECT_EQ(model::Reconciled(d, Moving(0.0, 119.0), 30.0).mode.motion, model::Motion::kUp);
+  EXPECT_EQ(model::Reconciled(d, Moving(0.0, 87.0), 30.0).mode.motion, model::Motion::kDown);
 }
 
 TEST(Reconciled, FrictionThatDisappearsLeavesThePistonFree) {
-  State s = Moving(0.0);
-  s.mode.motion = Motion::kStuck;
-  EXPECT_EQ(Reconciled(Derived(Full()), s, 30.0).mode.motion, Motion::kFree);
+  model::State s = Moving(0.0);
+  s.mode.motion = model::Motion::kStuck;
+  EXPECT_EQ(model::Reconciled(model::Derived(testing::Full()), s, 30.0).mode.motion, model::Motion::kFree);
   s = Moving(-2.0);
-  s.mode.motion = Motion::kDown;
-  EXPECT_EQ(Reconciled(Derived(Full()), s, 30.0).mode.motion, Motion::kFree);
+  s.mode.motion = model::Motion::kDown;
+  EXPECT_EQ(model::Reconciled(model::Derived(testing::Full()), s, 30.0).mode.motion, model::Motion::kFree);
 }
 
 TEST(Reconciled, APistonOnItsStopStaysThere) {
-  State s = Moving(0.0);
-  s.mode.motion = Motion::kAtUpperStop;
-  EXPECT_EQ(Reconciled(Derived(WithCoulomb(15.0)), s, 30.0).mode.motion, Motion::kAtUpperStop);
-  EXPECT_EQ(Reconciled(Derived(Full()), s, 30.0).mode.motion, Motion::kAtUpperStop);
+  model::State s = Moving(0.0);
+  s.mode.motion = model::Motion::kAtUpperStop;
+  EXPECT_EQ(model::Reconciled(model::Derived(WithCoulomb(15.0)), s, 30.0).mode.motion,
+            model::Motion::kAtUpperStop);
+  EXPECT_EQ(model::Reconciled(model::Derived(testing::Full()), s, 30.0).mode.motion,
+            model::Motion::kAtUpperStop);
 }
 
 TEST(Reconciled, AStabilizerThatIsGoneHasThePressureUnderThePiston) {
-  State s = AtRest(WithStabilizer());
+  model::State s = AtRest(testing::WithStabilizer());
   s.p3_psi = 120.0;
-  const State gone = Reconciled(Derived(Full()), s, 30.0);
+  const model::State gone = model::Reconciled(model::Derived(testing::Full()), s, 30.0);
   EXPECT_EQ(gone.p8_psi, 120.0);
-  const State back = Reconciled(Derived(WithStabilizer()), gone, 30.0);
+  const model::State back = model::Reconciled(model::Derived(testing::WithStabilizer()), gone, 30.0);
   EXPECT_EQ(back.p8_psi, 120.0);
   EXPECT_FALSE(back.mode.diaphragm_seated);
 }
 
 TEST(Reconciled, ADiaphragmSeatsBelowItsPrecharge) {
-  State s = AtRest(WithStabilizer());
+  model::State s = AtRest(testing::WithStabilizer());
   s.p8_psi = 15.0;
-  EXPECT_TRUE(Reconciled(Derived(WithStabilizer()), s, 30.0).mode.diaphragm_seated);
-  Parameters lost = WithStabilizer();
+  EXPECT_TRUE(model::Reconciled(model::Derived(testing::WithStabilizer()), s, 30.0).mode.diaphragm_seated);
+  model::Parameters lost = testing::WithStabilizer();
   lost.stabilizer.precharge_psi = 10.0;
-  EXPECT_FALSE(Reconciled(Derived(lost), s, 30.0).mode.diaphragm_seated);
+  EXPECT_FALSE(model::Reconciled(model::Derived(lost), s, 30.0).mode.diaphragm_seated);
 }
 
 TEST(Reconciled, APlungerBeyondItsStopsIsOnThem) {
   // Stops at P4 = (13.5 ± 0.25 k2)/2.341 psi: 28.4 psi with 212 lbf/in, 17.1 psi with half of it.
-  State s = AtRest(Full());
+  model::State s = AtRest(testing::Full());
   s.p4_psi = 20.0;
-  EXPECT_EQ(Reconciled(Derived(Full()), s, 30.0).mode.plunger, Plunger::kFree);
-  Parameters weak = Full();
+  EXPECT_EQ(model::Reconciled(model::Derived(testing::Full()), s, 30.0).mode.plunger, model::Plunger::kFree);
+  model::Parameters weak = testing::Full();
   weak.servo.main_spring_rate_lbf_in = 106.0;
-  const State on_stop = Reconciled(Derived(weak), s, 30.0);
-  EXPECT_EQ(on_stop.mode.plunger, Plunger::kAtUpperStop);
+  const model::State on_stop = model::Reconciled(model::Derived(weak), s, 30.0);
+  EXPECT_EQ(on_stop.mode.plunger, model::Plunger::kAtUpperStop);
   EXPECT_EQ(on_stop.p4_psi, 20.0) << "the oil's pressure stays";
-  EXPECT_EQ(Reconciled(Derived(Full()), on_stop, 30.0).mode.plunger, Plunger::kFree);
+  EXPECT_EQ(model::Reconciled(model::Derived(testing::Full()), on_stop, 30.0).mode.plunger,
+            model::Plunger::kFree);
 }
 
 TEST(Reconciled, TheRelayPortIsFullBeyondItsHeight) {
-  const State s = AtRest(Full());
-  EXPECT_FALSE(
-      Reconciled(Derived(Full()), s, SteadyStateAt(Derived(Full()), 4.0).p1_psi).mode.relay_port_full);
-  EXPECT_TRUE(Reconciled(Derived(Full()), s, 0.0).mode.relay_port_full) << "x1 = 0 leaves it open by inches";
+  const model::State s = AtRest(testing::Full());
+  EXPECT_FALSE(model::Reconciled(model::Derived(testing::Full()), s,
+                                 model::SteadyStateAt(model::Derived(testing::Full()), 4.0).p1_psi)
+                   .mode.relay_port_full);
+  EXPECT_TRUE(model::Reconciled(model::Derived(testing::Full()), s, 0.0).mode.relay_port_full)
+      << "x1 = 0 leaves it open by inches";
 }
 
 }  // namespace
-}  // namespace servohil::model
+}  // namespace servohil::fault

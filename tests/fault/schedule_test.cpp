@@ -1,4 +1,4 @@
-#include "servohil/fault/schedule.hpp"
+#include "fault/schedule.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ using testing::Full;
 using testing::Of;
 
 Injection Timed(std::uint64_t start, std::uint64_t ramp, std::uint64_t lasts) {
-  Injection injection = Of("load_step");
+  Injection injection = testing::Of("load_step");
   injection.start_tick = start;
   injection.ramp_ticks = ramp;
   injection.ramp_out_ticks = ramp;
@@ -65,16 +65,16 @@ TEST(Injection, WithoutAnEndLastsUntilCleared) {
 
 TEST(Schedule, ReplacesClearsAndClearsAll) {
   Schedule schedule;
-  ASSERT_TRUE(schedule.Inject(Of("load_step", {10.0})));
-  ASSERT_TRUE(schedule.Inject(Of("load_step", {30.0})));
+  ASSERT_TRUE(schedule.Inject(testing::Of("load_step", {10.0})));
+  ASSERT_TRUE(schedule.Inject(testing::Of("load_step", {30.0})));
   ASSERT_EQ(schedule.size(), 1U) << "one of the same fault is replaced";
   EXPECT_EQ(schedule.begin()->values[0], 30.0);
-  ASSERT_TRUE(schedule.Inject(Of("piston_jammed")));
+  ASSERT_TRUE(schedule.Inject(testing::Of("piston_jammed")));
   EXPECT_EQ(schedule.Clear(testing::Named("load_step").id), 1U);
   EXPECT_EQ(schedule.Clear(testing::Named("load_step").id), 0U) << "it is not there any more";
   ASSERT_EQ(schedule.size(), 1U);
   EXPECT_EQ(schedule.begin()->id, testing::Named("piston_jammed").id);
-  ASSERT_TRUE(schedule.Inject(Of("cold_oil")));
+  ASSERT_TRUE(schedule.Inject(testing::Of("cold_oil")));
   EXPECT_EQ(schedule.ClearAll(), 2U);
   EXPECT_EQ(schedule.size(), 0U);
 }
@@ -83,10 +83,10 @@ TEST(Schedule, IsFullAtItsMostButStillReplaces) {
   Schedule schedule;
   ASSERT_GT(Catalogue().size(), Schedule::kMostInjections);
   for (std::size_t i = 0; i < Schedule::kMostInjections; ++i)
-    ASSERT_TRUE(schedule.Inject(Of(Catalogue()[i].name)));
-  EXPECT_FALSE(schedule.Inject(Of(Catalogue()[Schedule::kMostInjections].name)));
+    ASSERT_TRUE(schedule.Inject(testing::Of(Catalogue()[i].name)));
+  EXPECT_FALSE(schedule.Inject(testing::Of(Catalogue()[Schedule::kMostInjections].name)));
   EXPECT_EQ(schedule.size(), Schedule::kMostInjections);
-  EXPECT_TRUE(schedule.Inject(Of(Catalogue()[3].name))) << "one that is there already";
+  EXPECT_TRUE(schedule.Inject(testing::Of(Catalogue()[3].name))) << "one that is there already";
   EXPECT_EQ(schedule.size(), Schedule::kMostInjections);
 }
 
@@ -106,7 +106,7 @@ TEST(Schedule, AdvanceTellsExactlyWhenTheParametersMayDiffer) {
 
 TEST(Schedule, AdvanceTellsEachTickOfAnOscillation) {
   Schedule schedule;
-  Injection injection = Of("load_oscillation");
+  Injection injection = testing::Of("load_oscillation");
   injection.start_tick = 5;
   injection.for_ticks = 3;
   schedule.Inject(injection);
@@ -116,11 +116,11 @@ TEST(Schedule, AdvanceTellsEachTickOfAnOscillation) {
 }
 
 TEST(Schedule, WithNothingThatActsTheParametersAreTheUnfaultedOnes) {
-  const model::Parameters unfaulted = Full();
+  const model::Parameters unfaulted = testing::Full();
   Schedule schedule;
   EXPECT_TRUE(SameBits(schedule.Faulted(unfaulted, 7), unfaulted));
   for (std::size_t i = 0; i < Schedule::kMostInjections; ++i) {
-    Injection injection = Of(Catalogue()[i].name);
+    Injection injection = testing::Of(Catalogue()[i].name);
     injection.start_tick = 100;
     injection.ramp_ticks = 3;
     injection.ramp_out_ticks = 3;
@@ -144,20 +144,20 @@ TEST(Schedule, TheOrderOfInjectionDoesNotMatter) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     for (auto [schedule, name] :
          {std::pair{&forward, names[i]}, std::pair{&backward, names[names.size() - 1 - i]}}) {
-      Injection injection = Of(name);
+      Injection injection = testing::Of(name);
       injection.ramp_ticks = 10;
       ASSERT_TRUE(schedule->Inject(injection));
     }
   }
-  EXPECT_TRUE(SameBits(forward.Faulted(Full(), 3), backward.Faulted(Full(), 3)));
+  EXPECT_TRUE(SameBits(forward.Faulted(testing::Full(), 3), backward.Faulted(testing::Full(), 3)));
 }
 
 TEST(Schedule, CountsThoseThatAct) {
   Schedule schedule;
-  Injection injection = Of("load_step");
+  Injection injection = testing::Of("load_step");
   injection.start_tick = 10;
   schedule.Inject(injection);
-  schedule.Inject(Of("cold_oil"));
+  schedule.Inject(testing::Of("cold_oil"));
   EXPECT_EQ(schedule.CountActive(9), 1U);
   EXPECT_EQ(schedule.CountActive(10), 2U);
 }

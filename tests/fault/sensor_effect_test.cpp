@@ -8,8 +8,8 @@
 #include <memory>
 
 #include "bench.hpp"
-#include "effects.hpp"
-#include "servohil/fault/sensors.hpp"
+#include "effect_tests.hpp"
+#include "fault/sensors.hpp"
 
 namespace servohil::fault {
 namespace {
@@ -47,7 +47,7 @@ class Transducer {
 };
 
 Injection On0(const char* name, const std::vector<double>& values, std::uint64_t start = 1) {
-  Injection injection = Of(name, values);
+  Injection injection = testing::Of(name, values);
   injection.target = 0;
   injection.start_tick = start;
   return injection;
@@ -210,7 +210,7 @@ TEST(Sensors, NoneOfThemTouchesTheTruth) {
   for (const Spec& spec : Catalogue()) {
     if (!spec.HasSignal()) continue;
     Injection injection = On0(spec.name, {}, 10);
-    injection.values = Of(spec.name).values;
+    injection.values = testing::Of(spec.name).values;
     injection.for_ticks = 50;
     ASSERT_TRUE(with.simulation.Faults().Inject(injection));
   }

@@ -11,7 +11,7 @@
 #include <numbers>
 
 #include "bench.hpp"
-#include "servohil/model/linearization.hpp"
+#include "linear/linearization.hpp"
 
 namespace servohil::fault {
 namespace {
@@ -24,14 +24,14 @@ using Variant = std::function<Parameters(double)>;
 
 /// MIL-H-5606 without air: its modulus.
 Parameters CleanOil() {
-  Parameters p = Full();
+  Parameters p = testing::Full();
   p.servo.bulk_modulus_psi = 230'000.0;
   return p;
 }
 
 double Growth(const Parameters& p) {
   const model::Derived d(p);
-  return model::Poles(model::Linearize(d, model::SteadyStateAt(d, 4.0)).system).LargestRealPart();
+  return linear::Poles(linear::Linearize(d, model::SteadyStateAt(d, 4.0)).system).LargestRealPart();
 }
 
 /// Peak to peak of the velocity during `ticks`.
@@ -60,7 +60,7 @@ double LimitOf(const std::function<bool(double)>& oscillates, double calm, doubl
 bool GrowsFromRest(const Parameters& p) {
   constexpr int kWindowTicks = 300;  // 30 ms: three periods of 103 Hz or more
   Bench bench(p);
-  app::Sample pushed = bench.simulation.Now();
+  simulation::Sample pushed = bench.simulation.Now();
   pushed.state.v3_in_s = 1e-4;
   bench.simulation.Restore(pushed, {});
   bench.Run(2'000);
@@ -110,7 +110,7 @@ TEST(StabilityLimit, OfViscousFrictionIsThatOfTheStateMatrix) {
 /// An unstable servomotor whose oscillation has grown to a velocity amplitude of `amplitude_in_s`.
 Bench Oscillating(const Parameters& p, double amplitude_in_s) {
   Bench bench(p);
-  app::Sample pushed = bench.simulation.Now();
+  simulation::Sample pushed = bench.simulation.Now();
   pushed.state.v3_in_s = 0.5 * amplitude_in_s;
   bench.simulation.Restore(pushed, {});
   bench.Run(2'000);

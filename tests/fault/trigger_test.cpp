@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "bench.hpp"
-#include "servohil/fault/schedule.hpp"
+#include "fault/schedule.hpp"
 
 namespace servohil::fault {
 namespace {
@@ -15,7 +15,7 @@ using testing::Of;
 using Ticks = std::vector<std::uint64_t>;
 
 Injection Triggered(Trigger trigger, std::uint64_t for_ticks, std::uint32_t times = 1) {
-  Injection injection = Of("load_step");
+  Injection injection = testing::Of("load_step");
   injection.trigger = trigger;
   injection.waits = true;
   injection.for_ticks = for_ticks;
@@ -91,8 +91,9 @@ TEST(Triggers, NoFiringBeforeItsTime) {
 }
 
 TEST(Triggers, AnotherFaultsStart) {
-  Injection injection = Triggered({.kind = Trigger::Kind::kFault, .fault = Of("stabilizer_isolated").id}, 2);
-  Injection other = Of("stabilizer_isolated");
+  Injection injection =
+      Triggered({.kind = Trigger::Kind::kFault, .fault = testing::Of("stabilizer_isolated").id}, 2);
+  Injection other = testing::Of("stabilizer_isolated");
   other.start_tick = 7;
   other.for_ticks = 1;
   Schedule schedule;
@@ -117,7 +118,7 @@ TEST(Triggers, AFrame) {
 }
 
 TEST(Triggers, PeriodAndDuty) {
-  Injection injection = Of("load_step");
+  Injection injection = testing::Of("load_step");
   injection.start_tick = 5;
   injection.for_ticks = 2;
   injection.period_ticks = 10;
@@ -141,7 +142,7 @@ TEST(Triggers, AConditionStartsARowOfPulses) {
 }
 
 TEST(Triggers, EachPulseHasItsRamps) {
-  Injection injection = Of("load_step");
+  Injection injection = testing::Of("load_step");
   injection.start_tick = 1;
   injection.ramp_ticks = 2;
   injection.for_ticks = 3;
@@ -186,12 +187,12 @@ TEST(Events, TellEachStartAndEndWithItsTick) {
 
 TEST(Events, TellChangesAndClears) {
   Schedule schedule;
-  Injection injection = Of("load_step");
+  Injection injection = testing::Of("load_step");
   injection.start_tick = 5;
   schedule.Inject(injection, 5);
   schedule.Advance(5);
   schedule.Inject(injection, 6);
-  schedule.Inject(Of("cold_oil"), 6);
+  schedule.Inject(testing::Of("cold_oil"), 6);
   schedule.Clear(injection.id, Injection::kEverything, 7);
   schedule.ClearAll(8);
   std::vector<Told> told;
@@ -201,7 +202,7 @@ TEST(Events, TellChangesAndClears) {
   EXPECT_EQ(told, (std::vector<Told>{{5, Kind::kStarts, load_step},
                                      {6, Kind::kChanged, load_step},
                                      {7, Kind::kCleared, load_step},
-                                     {8, Kind::kCleared, Of("cold_oil").id}}));
+                                     {8, Kind::kCleared, testing::Of("cold_oil").id}}));
 }
 
 }  // namespace

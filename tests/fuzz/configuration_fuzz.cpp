@@ -1,13 +1,11 @@
 // Any bytes as a configuration file, and behind a zero byte as a --set: read, or refused with one line for
 // each mistake; what is read is bound to the messages and signals of the DBC files that we have.
 
-#include "contract/binding.hpp"
+#include "configuration/configuration.hpp"
 #include "fuzz.hpp"
-#include "servohil/app/configuration.hpp"
+#include "signal_map/binding.hpp"
 
 namespace {
-
-namespace app = servohil::app;
 
 constexpr const char* kFile = SERVOHIL_CONFIG_DIR "/fuzz.toml";
 
@@ -19,13 +17,13 @@ const servohil::can::Databases& AllMessages() {
   return all;
 }
 
-void Bind(const app::Configuration& configuration) {
-  const auto incoming = app::BindCommand(AllMessages(), configuration);
-  const auto outgoing = app::BindPublished(AllMessages(), configuration);
+void Bind(const servohil::configuration::Configuration& configuration) {
+  const auto incoming = servohil::signal_map::BindCommand(AllMessages(), configuration);
+  const auto outgoing = servohil::signal_map::BindPublished(AllMessages(), configuration);
   Require(!incoming.empty() && incoming.front().p1 != nullptr, "there is a P1");
-  for (const app::PublishedMessage& message : outgoing)
+  for (const servohil::signal_map::PublishedMessage& message : outgoing)
     Require(!message.pages.empty() && message.cycle_ms > 0, "a message has a content and a cycle time");
-  app::CheckIdentifiers(incoming, outgoing);
+  servohil::signal_map::CheckIdentifiers(incoming, outgoing);
 }
 
 }  // namespace
@@ -35,6 +33,6 @@ int FuzzOne(std::string_view bytes) {
   const std::string_view text = bytes.substr(0, zero);
   std::vector<std::string> settings;
   if (zero != std::string_view::npos) settings.emplace_back(bytes.substr(zero + 1));
-  RequireReadableErrors([&] { Bind(app::ParseConfiguration(text, kFile, settings)); });
+  RequireReadableErrors([&] { Bind(servohil::configuration::ParseConfiguration(text, kFile, settings)); });
   return 0;
 }

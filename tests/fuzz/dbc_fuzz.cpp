@@ -3,10 +3,10 @@
 
 #include <cmath>
 
+#include "can/dbc/codec.hpp"
+#include "can/dbc/dbc.hpp"
+#include "can/frame_bits.hpp"
 #include "fuzz.hpp"
-#include "servohil/can/codec.hpp"
-#include "servohil/can/dbc.hpp"
-#include "servohil/can/frame_bits.hpp"
 
 namespace {
 

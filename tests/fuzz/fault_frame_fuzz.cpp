@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "can/dbc/dbc.hpp"
+#include "emulator/fault_port.hpp"
 #include "fuzz.hpp"
-#include "servohil/app/fault_port.hpp"
-#include "servohil/app/quantity.hpp"
-#include "servohil/can/dbc.hpp"
+#include "simulation/quantity.hpp"
 
 namespace {
 
-namespace app = servohil::app;
 namespace can = servohil::can;
 namespace fault = servohil::fault;
 
@@ -22,38 +21,40 @@ const can::Databases& Messages() {
   return databases;
 }
 
-app::FaultPort MakePort() {
+servohil::emulator::FaultPort MakePort() {
   static const servohil::model::Parameters unfaulted;
-  return {Messages(), {{&unfaulted}, true, kMessages, app::Quantities().size()}};
+  return {Messages(), {{&unfaulted}, true, kMessages, servohil::simulation::Quantities().size()}};
 }
 
-void RequireSound(const app::Request& request) {
-  if (request.kind == app::Request::Kind::kClearAll) return;
+void RequireSound(const servohil::simulation::Request& request) {
+  if (request.kind == servohil::simulation::Request::Kind::kClearAll) return;
   const fault::Injection& injection = request.injection;
   const fault::Spec* const spec = fault::Find(injection.id);
   Require(spec != nullptr, "the fault is of the catalogue");
-  if (request.kind != app::Request::Kind::kInject) return;
+  if (request.kind != servohil::simulation::Request::Kind::kInject) return;
   for (std::size_t i = 0; i < spec->parameters.size() && spec->parameters[i].name != nullptr; ++i) {
     const fault::ParameterSpec& p = spec->parameters[i];
     Require(injection.values[i] >= p.minimum && injection.values[i] <= p.maximum,
             "parameters are within their range");
   }
-  Require(!spec->HasSignal() || injection.target < app::Quantities().size(), "a sensor's fault has a sensor");
+  Require(!spec->HasSignal() || injection.target < servohil::simulation::Quantities().size(),
+          "a sensor's fault has a sensor");
 }
 
 /// What the simulation may say to it.
-app::Answer AnswerTo(const app::Request& request) {
+servohil::simulation::Answer AnswerTo(const servohil::simulation::Request& request) {
   constexpr unsigned kResults = 6;
-  return {request.number, static_cast<app::Answer::Result>(request.injection.target % kResults), 1};
+  return {request.number,
+          static_cast<servohil::simulation::Answer::Result>(request.injection.target % kResults), 1};
 }
 
 }  // namespace
 
 int FuzzOne(std::string_view bytes) {
-  app::FaultPort port = MakePort();
+  servohil::emulator::FaultPort port = MakePort();
   can::Frame frame;
   can::Frame response;
-  frame.id = app::FaultPort::RequestId(Messages()).id;
+  frame.id = servohil::emulator::FaultPort::RequestId(Messages()).id;
   constexpr std::size_t kSize = 8;
   for (; !bytes.empty(); bytes.remove_prefix(std::min(bytes.size(), kSize))) {
     frame.size = static_cast<std::uint8_t>(std::min(bytes.size(), kSize));

@@ -3,20 +3,18 @@
 #include <array>
 #include <cmath>
 
+#include "configuration/load_file.hpp"
 #include "fuzz.hpp"
 #include "memory_file.hpp"
 #include "run/candump.hpp"
 #include "run/p1_script.hpp"
 #include "run/snapshot_file.hpp"
-#include "servohil/app/load_file.hpp"
 
 namespace {
 
-namespace app = servohil::app;
-
 void ReadCandump(const std::string& file) {
   constexpr int kLargest = 64;
-  for (const auto& frame : app::ReadCandump(file)) {
+  for (const auto& frame : servohil::run::ReadCandump(file)) {
     Require(frame.receive_time_ns >= 0, "no frame is older than the epoch");
     Require(frame.id <= (frame.extended ? 0x1FFF'FFFFU : 0x7FFU), "an identifier fits its format");
     Require(frame.size <= (frame.fd ? kLargest : 8), "a frame has its size");
@@ -25,7 +23,7 @@ void ReadCandump(const std::string& file) {
 
 void ReadP1Script(const std::string& file) {
   std::uint64_t last = 0;
-  for (const app::Influence& influence : app::ReadP1Script(file)) {
+  for (const servohil::recording::Influence& influence : servohil::run::ReadP1Script(file)) {
     Require(influence.tick >= last && influence.tick > 0, "P1 changes in the order of time");
     Require(std::isfinite(influence.request.p1_psi), "P1 is a number");
     last = influence.tick;
@@ -33,18 +31,19 @@ void ReadP1Script(const std::string& file) {
 }
 
 void ReadLoadCurve(const std::string& file) {
-  Require(app::ReadLoadCurve(file).size() >= 2, "a curve has two points");
+  Require(servohil::configuration::ReadLoadCurve(file).size() >= 2, "a curve has two points");
 }
 
 void ReadSnapshot(const std::string& file) {
-  app::ReadSnapshot(file);
+  servohil::run::ReadSnapshot(file);
 }
 
 /// The state alone, which no checksum guards; what is read comes back as it went.
 void ParseState(std::string_view text) {
-  const app::Snapshot snapshot = app::ParseSnapshotText(std::string(text), "fuzz");
-  const std::string again = app::SnapshotText(snapshot);
-  Require(app::SnapshotText(app::ParseSnapshotText(again, "fuzz")) == again, "a state comes back as it went");
+  const servohil::emulator::Snapshot snapshot = servohil::run::ParseSnapshotText(std::string(text), "fuzz");
+  const std::string again = servohil::run::SnapshotText(snapshot);
+  Require(servohil::run::SnapshotText(servohil::run::ParseSnapshotText(again, "fuzz")) == again,
+          "a state comes back as it went");
 }
 
 }  // namespace

@@ -6,28 +6,28 @@
 #include <string>
 #include <vector>
 
+#include "can/error_frame.hpp"
+#include "emulator/command_guard.hpp"
 #include "fuzz.hpp"
-#include "servohil/app/command_guard.hpp"
-#include "servohil/app/contract.hpp"
-#include "servohil/can/error_frame.hpp"
+#include "signal_map/contract.hpp"
 
 namespace {
 
-namespace app = servohil::app;
 namespace can = servohil::can;
 
 /// A configuration with its messages, and who guards its command.
 struct Side {
-  app::Configuration configuration;
-  app::Contract contract;
+  servohil::configuration::Configuration configuration;
+  servohil::signal_map::Contract contract;
 
   Side(const char* file, const std::vector<std::string>& settings)
-      : configuration(app::LoadConfiguration(std::string(SERVOHIL_CONFIG_DIR) + file, settings)),
+      : configuration(
+            servohil::configuration::LoadConfiguration(std::string(SERVOHIL_CONFIG_DIR) + file, settings)),
         contract(configuration) {}
 
-  app::CommandGuard Guard() const {
-    const app::ReceivedMessage& command = contract.IncomingMessages().front();
-    app::CommandGuard guard(configuration.safety, command.cycle_ms);
+  servohil::emulator::CommandGuard Guard() const {
+    const servohil::signal_map::ReceivedMessage& command = contract.IncomingMessages().front();
+    servohil::emulator::CommandGuard guard(configuration.safety, command.cycle_ms);
     if (command.protection)
       guard.Check(*command.protection, static_cast<unsigned>(configuration.can.command.max_counter_jump));
     return guard;
@@ -74,7 +74,7 @@ class Source {
 };
 
 /// Flags, identifier or the number of a message that is known, size, data.
-can::Frame FrameFrom(Source& source, const app::Contract& contract) {
+can::Frame FrameFrom(Source& source, const servohil::signal_map::Contract& contract) {
   const std::uint8_t flags = source.Byte();
   const auto has = [&](unsigned bit) { return (flags & (1U << bit)) != 0; };
   can::Frame frame;
@@ -100,10 +100,11 @@ can::Frame FrameFrom(Source& source, const app::Contract& contract) {
   return frame;
 }
 
-void RequireInRange(const app::Contract& contract, const can::Frame& frame, const app::Demand& demand) {
+void RequireInRange(const servohil::signal_map::Contract& contract, const can::Frame& frame,
+                    const servohil::signal_map::Demand& demand) {
   Require(!frame.remote && !frame.error, "remote and error frames demand nothing");
   if (!demand.p1_psi) return;
-  const app::ReceivedMessage& command = contract.IncomingMessages().front();
+  const servohil::signal_map::ReceivedMessage& command = contract.IncomingMessages().front();
   const can::Signal& p1 = *command.p1;
   Require(std::isfinite(*demand.p1_psi), "P1 is a number");
   Require(!(p1.minimum < p1.maximum) || (*demand.p1_psi >= command.p1_to_psi(p1.minimum) &&
@@ -111,7 +112,7 @@ void RequireInRange(const app::Contract& contract, const can::Frame& frame, cons
           "P1 is within the range that the DBC states");
 }
 
-void RequireValid(const Side& side, const can::Frame& frame, const app::Command& newest) {
+void RequireValid(const Side& side, const can::Frame& frame, const servohil::simulation::Command& newest) {
   const auto& protection = side.contract.IncomingMessages().front().protection;
   const std::span<const std::uint8_t> data(frame.data.data(), frame.size);
   Require(!protection || can::IsIntact(*protection, frame.id, data), "a valid frame is intact");
@@ -130,19 +131,19 @@ void TellError(const can::Frame& frame, can::ErrorTotals& errors) {
 int FuzzOne(std::string_view bytes) {
   Source source(bytes);
   const Side& side = Sides()[source.Byte() % Sides().size()];
-  app::CommandGuard guard = side.Guard();
+  servohil::emulator::CommandGuard guard = side.Guard();
   can::ErrorTotals errors;
   for (std::int64_t time_ns = 0; !source.AtEnd();) {
     const std::int64_t age_ns = std::int64_t{source.Byte()} * 100'000;
     time_ns += age_ns;
     const can::Frame frame = FrameFrom(source, side.contract);
     if (frame.error) TellError(frame, errors);
-    app::CommandRejection why{};
+    servohil::signal_map::CommandRejection why{};
     const auto demand = side.contract.Decode(frame, why);
     if (demand) RequireInRange(side.contract, frame, *demand);
     if (!side.contract.IsCommand(frame)) continue;
     const auto verdict = guard.Judge(frame, demand, why, {time_ns, age_ns, time_ns});
-    if (verdict == app::FrameVerdict::kValid) RequireValid(side, frame, guard.Newest());
+    if (verdict == servohil::simulation::FrameVerdict::kValid) RequireValid(side, frame, guard.Newest());
   }
   return 0;
 }

@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "servohil/error.hpp"
+#include "base/error.hpp"
 
 /// @return 0; -1: this input is not worth keeping
 int FuzzOne(std::string_view input);
@@ -37,7 +37,7 @@ template <typename Act>
 void RequireReadableErrors(Act&& act) {
   try {
     act();
-  } catch (const servohil::UsageError& error) {
+  } catch (const servohil::base::UsageError& error) {
     const std::string text = '\n' + std::string(error.what()) + '\n';
     Require(text.find("\n\n") == std::string::npos, "no line of an error is empty");
     const bool printable = std::none_of(

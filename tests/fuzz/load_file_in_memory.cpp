@@ -1,9 +1,9 @@
-// In place of src/app/configuration/load_file.cpp: any file has a load curve, so that fuzzers read none of
+// In place of src/configuration/load_file.cpp: any file has a load curve, so that fuzzers read none of
 // this machine. file_fuzz has the real one.
 
 #include <vector>
 
-#include "servohil/app/load_file.hpp"
+#include "configuration/load_file.hpp"
 
 namespace servohil::app {
 

@@ -8,15 +8,14 @@
 
 namespace {
 
-namespace control = servohil::app::control;
-using servohil::app::Request;
+using servohil::simulation::Request;
 
 /// Armed, on a bus with protected messages.
-const servohil::app::Permissions& Everything() {
+const servohil::fault_words::Permissions& Everything() {
   static const auto configuration =
-      servohil::app::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {});
-  static const servohil::app::Contract contract(configuration);
-  static const servohil::app::Permissions permissions{
+      servohil::configuration::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {});
+  static const servohil::signal_map::Contract contract(configuration);
+  static const servohil::fault_words::Permissions permissions{
       {{&configuration.model, true, true, true, true}, &contract, contract.Wanted()}, true, {}};
   return permissions;
 }
@@ -33,16 +32,16 @@ void RequireOneLineOfJson(const std::string& line) {
 }
 
 /// What else is said of it: the list of faults, and samples.
-void Tell(const control::RequestLine& understood) {
+void Tell(const servohil::control::RequestLine& understood) {
   if (const Request* request = std::get_if<Request>(&understood.asks);
       request != nullptr && request->kind == Request::Kind::kInject) {
     servohil::fault::Schedule faults;
     faults.Inject(request->injection);
-    RequireOneLineOfJson(
-        control::AnswerLine(understood.id, control::FaultsToJson(faults, 1, Everything().faults)));
+    RequireOneLineOfJson(servohil::control::AnswerLine(
+        understood.id, servohil::control::FaultsToJson(faults, 1, Everything().faults)));
   }
-  if (const auto* subscription = std::get_if<control::Subscription>(&understood.asks))
-    RequireOneLineOfJson(control::SampleLine(understood.id, *subscription, {}, 0));
+  if (const auto* subscription = std::get_if<servohil::control::Subscription>(&understood.asks))
+    RequireOneLineOfJson(servohil::control::SampleLine(understood.id, *subscription, {}, 0));
 }
 
 }  // namespace
@@ -50,11 +49,11 @@ void Tell(const control::RequestLine& understood) {
 int FuzzOne(std::string_view line) {
   constexpr std::size_t kLongestLine = 4'096;
   if (line.size() > kLongestLine || line.find('\n') != std::string_view::npos) return -1;
-  const control::RequestLine understood = control::Understand(line, Everything());
+  const servohil::control::RequestLine understood = servohil::control::Understand(line, Everything());
   if (const Request* request = std::get_if<Request>(&understood.asks)) RequireSound(*request);
   const nlohmann::json* answer = std::get_if<nlohmann::json>(&understood.asks);
-  RequireOneLineOfJson(
-      control::AnswerLine(understood.id, answer != nullptr ? *answer : control::Rejected("")));
+  RequireOneLineOfJson(servohil::control::AnswerLine(
+      understood.id, answer != nullptr ? *answer : servohil::control::Rejected("")));
   Tell(understood);
   return 0;
 }

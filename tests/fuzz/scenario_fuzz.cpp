@@ -1,27 +1,24 @@
 // Any bytes as a scenario: read, or refused with one line; the keys that it sets are read as a configuration.
 
+#include "configuration/configuration.hpp"
 #include "control/requests.hpp"
 #include "fuzz.hpp"
 #include "memory_file.hpp"
 #include "scenario/reader.hpp"
-#include "servohil/app/configuration.hpp"
 
 namespace {
 
-namespace app = servohil::app;
-namespace scenario = app::scenario;
-
-const app::Permissions& Everything() {
-  static const app::Configuration configuration =
-      app::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {});
-  static const app::Contract contract(configuration);
-  static const app::Permissions permissions{{{&configuration.model}, &contract}, true, {}};
+const servohil::fault_words::Permissions& Everything() {
+  static const servohil::configuration::Configuration configuration =
+      servohil::configuration::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {});
+  static const servohil::signal_map::Contract contract(configuration);
+  static const servohil::fault_words::Permissions permissions{{{&configuration.model}, &contract}, true, {}};
   return permissions;
 }
 
-void RequireSound(const scenario::Scenario& read) {
+void RequireSound(const servohil::scenario::Scenario& read) {
   Require(read.duration_ticks > 0 && !read.expectations.empty(), "it lasts, and expects something");
-  for (const scenario::Expectation& one : read.expectations)
+  for (const servohil::scenario::Expectation& one : read.expectations)
     Require(one.from_tick < one.to_tick && one.to_tick <= read.duration_ticks,
             "an expectation lies within it");
   for (std::size_t i = 1; i < read.faults.size(); ++i)
@@ -33,9 +30,9 @@ void RequireSound(const scenario::Scenario& read) {
 int FuzzOne(std::string_view text) {
   static const MemoryFile file;
   RequireReadableErrors([&] {
-    const scenario::ScenarioFile read(file.With(text));
+    const servohil::scenario::ScenarioFile read(file.With(text));
     if (const auto settings = read.Settings(); !settings.empty())
-      app::ParseConfiguration("", SERVOHIL_CONFIG_DIR "/fuzz.toml", {}, settings);
+      servohil::configuration::ParseConfiguration("", SERVOHIL_CONFIG_DIR "/fuzz.toml", {}, settings);
     read.ConfigurationFile();
     RequireSound(read.Understand(Everything()));
   });

@@ -1,8 +1,8 @@
 // Any bytes from a serial line: no piece of it confuses the next, and what is a frame comes back as it went.
 
+#include "can/slcan/slcan_codec.hpp"
+#include "can/slcan/slcan_session.hpp"
 #include "fuzz.hpp"
-#include "slcan_codec.hpp"
-#include "slcan_session.hpp"
 
 namespace {
 

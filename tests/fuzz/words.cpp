@@ -5,28 +5,26 @@
 #include <string>
 #include <string_view>
 
-#include "faults/injection_words.hpp"
-#include "servohil/app/configuration.hpp"
-#include "servohil/app/quantity.hpp"
-#include "servohil/app/unit.hpp"
-#include "servohil/can/dbc.hpp"
-#include "servohil/fault/catalogue.hpp"
+#include "can/dbc/dbc.hpp"
+#include "configuration/configuration.hpp"
+#include "fault/catalogue.hpp"
+#include "fault_words/injection_words.hpp"
+#include "signal_map/unit.hpp"
+#include "simulation/quantity.hpp"
 
 namespace {
-
-namespace app = servohil::app;
 
 using Words = std::set<std::string>;
 
 void AddKeys(Words& words) {
-  app::Configuration defaults;
-  for (const app::Key& key : app::KeyTable()) {
+  servohil::configuration::Configuration defaults;
+  for (const servohil::configuration::Key& key : servohil::configuration::KeyTable()) {
     words.emplace(key.name);
     std::visit(
         [&](auto place) {
           using Value = std::remove_cvref_t<decltype(place(defaults))>;
           if constexpr (std::is_enum_v<Value>) {
-            for (const char* name : app::NamesOf(Value{})) words.emplace(name);
+            for (const char* name : servohil::configuration::NamesOf(Value{})) words.emplace(name);
           }
         },
         key.place);
@@ -39,7 +37,7 @@ void AddKeys(Words& words) {
 
 void AddUnits(Words& words) {
   for (const char* base : {"psi", "in", "in/s", "ms"}) {
-    const std::string all = app::ConvertibleUnits(base);
+    const std::string all = servohil::signal_map::ConvertibleUnits(base);
     for (std::size_t at = 0; at < all.size();) {
       const std::size_t comma = std::min(all.find(", ", at), all.size());
       words.insert(all.substr(at, comma - at));
@@ -63,7 +61,8 @@ void AddMessages(Words& words) {
 }
 
 void AddQuantities(Words& words) {
-  for (const app::Quantity& quantity : app::Quantities()) words.emplace(quantity.name);
+  for (const servohil::simulation::Quantity& quantity : servohil::simulation::Quantities())
+    words.emplace(quantity.name);
 }
 
 void AddFaults(Words& words) {
@@ -73,7 +72,8 @@ void AddFaults(Words& words) {
       if (parameter.name != nullptr) words.emplace(parameter.name);
     }
   }
-  for (const app::CommonParameter& parameter : app::CommonParameters()) words.emplace(parameter.name);
+  for (const servohil::fault_words::CommonParameter& parameter : servohil::fault_words::CommonParameters())
+    words.emplace(parameter.name);
 }
 
 void AddStatements(Words& words) {

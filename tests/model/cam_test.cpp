@@ -1,4 +1,4 @@
-#include "servohil/model/cam.hpp"
+#include "model/cam.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <random>
 
+#include "model/laws.hpp"
+#include "model/servomotor.hpp"
+#include "model/steady_state.hpp"
+#include "model/step.hpp"
 #include "nominal.hpp"
-#include "servohil/model/laws.hpp"
-#include "servohil/model/servomotor.hpp"
-#include "servohil/model/steady_state.hpp"
-#include "servohil/model/step.hpp"
 
 namespace servohil::model {
 namespace {

@@ -1,4 +1,4 @@
-#include "servohil/model/fixed_power.hpp"
+#include "model/fixed_power.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "servohil/model/laws.hpp"
+#include "model/laws.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "servohil/model/load_curve.hpp"
+#include "model/load_curve.hpp"
 
 #include <gtest/gtest.h>
 

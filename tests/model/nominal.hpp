@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "servohil/model/derived.hpp"
+#include "model/derived.hpp"
 
 namespace servohil::model::testing {
 

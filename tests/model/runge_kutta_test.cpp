@@ -1,14 +1,14 @@
-#include "servohil/model/runge_kutta.hpp"
+#include "model/runge_kutta.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
 #include <cmath>
 
+#include "model/servomotor.hpp"
+#include "model/steady_state.hpp"
+#include "model/step.hpp"
 #include "nominal.hpp"
-#include "servohil/model/servomotor.hpp"
-#include "servohil/model/steady_state.hpp"
-#include "servohil/model/step.hpp"
 
 namespace servohil::model {
 namespace {

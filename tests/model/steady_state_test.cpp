@@ -1,4 +1,4 @@
-#include "servohil/model/steady_state.hpp"
+#include "model/steady_state.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "servohil/model/step.hpp"
+#include "model/step.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <numbers>
 #include <utility>
 
+#include "model/servomotor.hpp"
+#include "model/steady_state.hpp"
 #include "nominal.hpp"
-#include "servohil/model/servomotor.hpp"
-#include "servohil/model/steady_state.hpp"
 
 namespace servohil::model {
 namespace {

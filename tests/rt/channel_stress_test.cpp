@@ -9,8 +9,8 @@
 #include <random>
 #include <thread>
 
-#include "servohil/rt/mailbox.hpp"
-#include "servohil/rt/ring.hpp"
+#include "rt/mailbox.hpp"
+#include "rt/ring.hpp"
 
 namespace servohil::rt {
 namespace {

@@ -1,4 +1,4 @@
-#include "servohil/rt/cpu_latency.hpp"
+#include "rt/cpu_latency.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 
 #include <set>
 
-#include "servohil/rt/mailbox.hpp"
-#include "servohil/rt/ring.hpp"
+#include "rt/mailbox.hpp"
+#include "rt/ring.hpp"
 
 namespace servohil::rt {
 namespace {
@@ -49,11 +49,12 @@ struct Counting {
 
 TEST(Explorer, RunsEveryOrderOnce) {
   // 2n choose n.
-  ExpectNoFault(Explore<Counting<1, true>>(Orders::kAll), 2);
-  ExpectNoFault(Explore<Counting<4, true>>(Orders::kAll), 70);
-  ExpectNoFault(Explore<Counting<4, false>>(Orders::kAll), 70);
-  ExpectNoFault(Explore<Counting<4, true>>(), 70);
-  ExpectNoFault(Explore<Counting<4, false>>(), 1);  // of accesses to different places all orders are one
+  ExpectNoFault(testing::Explore<Counting<1, true>>(Orders::kAll), 2);
+  ExpectNoFault(testing::Explore<Counting<4, true>>(Orders::kAll), 70);
+  ExpectNoFault(testing::Explore<Counting<4, false>>(Orders::kAll), 70);
+  ExpectNoFault(testing::Explore<Counting<4, true>>(), 70);
+  ExpectNoFault(testing::Explore<Counting<4, false>>(),
+                1);  // of accesses to different places all orders are one
 }
 
 /// Reads, then writes: what fetch_add is for.
@@ -65,7 +66,7 @@ struct RacingCount {
 };
 
 TEST(Explorer, FindsALostUpdate) {
-  const Exploration exploration = Explore<RacingCount>();
+  const Exploration exploration = testing::Explore<RacingCount>();
   EXPECT_EQ(exploration.fault, "lost a count");
   EXPECT_EQ(exploration.order.substr(0, 2), "AB") << "B reads before A has written";
 }
@@ -132,10 +133,10 @@ struct RingSystem {
 };
 
 TEST(RingInterleaving, KeepsItsLawsInEveryOrder) {
-  ExpectNoFault(Explore<RingSystem<Ring, 1, 2, 2>>(), 23);
-  ExpectNoFault(Explore<RingSystem<Ring, 1, 3, 3>>(), 209);
-  ExpectNoFault(Explore<RingSystem<Ring, 2, 3, 3>>(), 367);
-  ExpectNoFault(Explore<RingSystem<Ring, 2, 4, 4>>(), 4'871);
+  ExpectNoFault(testing::Explore<RingSystem<Ring, 1, 2, 2>>(), 23);
+  ExpectNoFault(testing::Explore<RingSystem<Ring, 1, 3, 3>>(), 209);
+  ExpectNoFault(testing::Explore<RingSystem<Ring, 2, 3, 3>>(), 367);
+  ExpectNoFault(testing::Explore<RingSystem<Ring, 2, 4, 4>>(), 4'871);
 }
 
 /// What the search leaves out ends in the same states.
@@ -204,9 +205,10 @@ struct HastyReader : HastyRing<T, kCapacity, Memory> {
 };
 
 TEST(RingInterleaving, FindsSeededFaults) {
-  EXPECT_EQ((Explore<RingSystem<HastyRing, 2, 1, 1>>().fault), "torn");
-  EXPECT_NE((Explore<RingSystem<HastyReader, 1, 2, 1>>().fault), "");
-  EXPECT_EQ((Explore<RingSystem<HastyReader, 1, 1, 1>>().fault), "") << "needs a second item to show";
+  EXPECT_EQ((testing::Explore<RingSystem<HastyRing, 2, 1, 1>>().fault), "torn");
+  EXPECT_NE((testing::Explore<RingSystem<HastyReader, 1, 2, 1>>().fault), "");
+  EXPECT_EQ((testing::Explore<RingSystem<HastyReader, 1, 1, 1>>().fault), "")
+      << "needs a second item to show";
 }
 
 // --- Mailbox
@@ -250,10 +252,10 @@ struct MailboxSystem {
 };
 
 TEST(MailboxInterleaving, KeepsItsLawsInEveryOrder) {
-  ExpectNoFault(Explore<MailboxSystem<Mailbox, 1, 2>>(), 6);
-  ExpectNoFault(Explore<MailboxSystem<Mailbox, 2, 2>>(), 25);
-  ExpectNoFault(Explore<MailboxSystem<Mailbox, 3, 3>>(), 231);
-  ExpectNoFault(Explore<MailboxSystem<Mailbox, 5, 4>>(), 7'738);
+  ExpectNoFault(testing::Explore<MailboxSystem<Mailbox, 1, 2>>(), 6);
+  ExpectNoFault(testing::Explore<MailboxSystem<Mailbox, 2, 2>>(), 25);
+  ExpectNoFault(testing::Explore<MailboxSystem<Mailbox, 3, 3>>(), 231);
+  ExpectNoFault(testing::Explore<MailboxSystem<Mailbox, 5, 4>>(), 7'738);
 }
 
 TEST(MailboxInterleaving, DistinctOrdersHaveEveryOutcomeOfAllOrders) {
@@ -307,10 +309,10 @@ struct SplitExchangeMailbox {
 };
 
 TEST(MailboxInterleaving, FindsSeededFaults) {
-  EXPECT_NE((Explore<MailboxSystem<TwoSlotMailbox, 3, 1>>().fault), "");
-  EXPECT_EQ((Explore<MailboxSystem<TwoSlotMailbox, 1, 1>>().fault), "")
+  EXPECT_NE((testing::Explore<MailboxSystem<TwoSlotMailbox, 3, 1>>().fault), "");
+  EXPECT_EQ((testing::Explore<MailboxSystem<TwoSlotMailbox, 1, 1>>().fault), "")
       << "needs more values than slots to show";
-  EXPECT_NE((Explore<MailboxSystem<SplitExchangeMailbox, 2, 2>>().fault), "");
+  EXPECT_NE((testing::Explore<MailboxSystem<SplitExchangeMailbox, 2, 2>>().fault), "");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "servohil/rt/latency_histogram.hpp"
+#include "rt/latency_histogram.hpp"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

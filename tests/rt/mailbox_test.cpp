@@ -1,4 +1,4 @@
-#include "servohil/rt/mailbox.hpp"
+#include "rt/mailbox.hpp"
 
 #include <gtest/gtest.h>
 

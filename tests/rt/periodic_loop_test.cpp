@@ -1,4 +1,4 @@
-#include "servohil/rt/periodic_loop.hpp"
+#include "rt/periodic_loop.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,13 +13,13 @@ constexpr std::int64_t kPeriodNs = 1'000'000;
 TEST(PeriodicLoop, NeverWakesBeforeItsDeadline) {
   PeriodicLoop loop(kPeriodNs);
   const std::atomic<bool> stop{false};
-  const std::int64_t first_ns = MonotonicNs() + kPeriodNs;
+  const std::int64_t first_ns = base::MonotonicNs() + kPeriodNs;
   std::int64_t deadline_ns = first_ns;
   int left = 50;
   loop.Run(
       stop,
       [&](const LoopTiming&) noexcept {
-        EXPECT_GE(MonotonicNs(), deadline_ns);
+        EXPECT_GE(base::MonotonicNs(), deadline_ns);
         deadline_ns += kPeriodNs;
         return --left > 0;
       },
@@ -30,14 +30,14 @@ TEST(PeriodicLoop, NeverWakesBeforeItsDeadline) {
 TEST(PeriodicLoop, AfterAnOverrunItCatchesUpBackToBackAndKeepsItsPhase) {
   PeriodicLoop loop(kPeriodNs);
   const std::atomic<bool> stop{false};
-  const std::int64_t first_ns = MonotonicNs() + kPeriodNs;
+  const std::int64_t first_ns = base::MonotonicNs() + kPeriodNs;
   std::vector<std::int64_t> begins_ns;
   loop.Run(
       stop,
       [&](const LoopTiming&) noexcept {
-        begins_ns.push_back(MonotonicNs());
+        begins_ns.push_back(base::MonotonicNs());
         if (begins_ns.size() == 5) {  // the work of the fifth wake-up takes ten periods
-          while (MonotonicNs() < first_ns + (4 + 10) * kPeriodNs) {
+          while (base::MonotonicNs() < first_ns + (4 + 10) * kPeriodNs) {
           }
         }
         return begins_ns.size() < 40;
@@ -66,7 +66,7 @@ TEST(PeriodicLoop, StartingInThePastRunsEveryMissedPeriod) {
         late_seen = timing.late.Count();
         return --left > 0;
       },
-      MonotonicNs() - 1'000 * kPeriodNs);
+      base::MonotonicNs() - 1'000 * kPeriodNs);
   EXPECT_EQ(late_seen, 20U) << "the work sees its own wake-up accounted";
 }
 
@@ -76,7 +76,7 @@ TEST(PeriodicLoop, AWakeUpThatSleptTooLongWokeLate) {
   // No kernel wakes a thread so late on request: begin in the past, where the loop does not sleep at all.
   int left = 3;
   loop.Run(
-      stop, [&](const LoopTiming&) noexcept { return --left > 0; }, MonotonicNs() - 100 * kPeriodNs);
+      stop, [&](const LoopTiming&) noexcept { return --left > 0; }, base::MonotonicNs() - 100 * kPeriodNs);
   EXPECT_EQ(loop.Timing().late.Count(LateCause::kComputedLong), 0U) << "nothing was computed long";
   EXPECT_EQ(loop.Timing().late.Count(LateCause::kWokeLate), 3U);
   ASSERT_EQ(loop.Timing().late.Worst().size(), 1U) << "one overrun";
@@ -88,7 +88,7 @@ TEST(PeriodicLoop, LatenessInTheGraceIsToldApart) {
   const std::atomic<bool> stop{false};
   int left = 8;
   loop.Run(
-      stop, [&](const LoopTiming&) noexcept { return --left > 0; }, MonotonicNs() - 100 * kPeriodNs);
+      stop, [&](const LoopTiming&) noexcept { return --left > 0; }, base::MonotonicNs() - 100 * kPeriodNs);
   EXPECT_EQ(loop.Timing().late.CountInGrace(), 5U);
   EXPECT_EQ(loop.Timing().late.Count(), 3U);
   EXPECT_LT(loop.Timing().worst_lateness_ns, 96 * kPeriodNs + 50 * kPeriodNs);

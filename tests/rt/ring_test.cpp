@@ -1,4 +1,4 @@
-#include "servohil/rt/ring.hpp"
+#include "rt/ring.hpp"
 
 #include <gtest/gtest.h>
 

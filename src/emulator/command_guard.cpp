@@ -1,0 +1,101 @@
+#include "emulator/command_guard.hpp"
+#include "base/clock.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace servohil::emulator {
+namespace {
+
+/// Of a rate: what a signal's resolution may add to a change that is meant to be within it.
+constexpr double kRounding = 1.0 + 1e-9;
+
+simulation::FrameVerdict VerdictOf(can::E2eVerdict verdict) noexcept {
+  switch (verdict) {
+    case can::E2eVerdict::kCorrupted:
+      return simulation::FrameVerdict::kCorrupted;
+    case can::E2eVerdict::kRepeated:
+      return simulation::FrameVerdict::kRepeated;
+    case can::E2eVerdict::kStuck:
+      return simulation::FrameVerdict::kStuck;
+    case can::E2eVerdict::kReordered:
+      return simulation::FrameVerdict::kReordered;
+    case can::E2eVerdict::kTooMany:
+      return simulation::FrameVerdict::kJumped;
+    default:
+      return simulation::FrameVerdict::kValid;
+  }
+}
+
+}  // namespace
+
+CommandGuard::CommandGuard(const configuration::SafetySettings& settings, int cycle_ms) noexcept
+    : settings_(settings), cycle_s_(cycle_ms / 1e3) {}
+
+simulation::FrameVerdict CommandGuard::Judge(const can::Frame& frame,
+                                             const std::optional<signal_map::Demand>& demand,
+                                             signal_map::CommandRejection why,
+                                             const FrameTime& time) noexcept {
+  simulation::FrameVerdict verdict = simulation::FrameVerdict::kMalformed;
+  if (why != signal_map::CommandRejection::kMalformed) {
+    // The sequence first: a frame that is refused for its value or age was none the less the next one.
+    verdict = JudgeSequence(frame);
+    if (verdict == simulation::FrameVerdict::kValid && IsStale(time))
+      verdict = simulation::FrameVerdict::kStale;
+  }
+  if (verdict == simulation::FrameVerdict::kValid && demand) TakeCondition(*demand, time);
+  if (verdict == simulation::FrameVerdict::kValid)
+    verdict =
+        demand && demand->p1_psi ? JudgeValue(*demand->p1_psi, time) : simulation::FrameVerdict::kOutOfRange;
+  ++newest_.counts.Of(verdict);
+  if (verdict == simulation::FrameVerdict::kValid) {
+    Follow(*demand->p1_psi, time);
+  } else {
+    newest_.good_in_a_row = 0;
+  }
+  return verdict;
+}
+
+/// A wrong P1 takes nothing from a trip in the same frame.
+void CommandGuard::TakeCondition(const signal_map::Demand& demand, const FrameTime& time) noexcept {
+  if (IsStale(time)) return;
+  newest_.enabled = demand.enabled.value_or(newest_.enabled);
+  newest_.trip = demand.trip.value_or(newest_.trip);
+  if (demand.trip.value_or(false)) ++newest_.trips;
+  if (!demand.enabled.value_or(true)) ++newest_.disablings;
+  if (!newest_.enabled || newest_.trip) newest_.good_in_a_row = 0;
+}
+
+bool CommandGuard::IsStale(const FrameTime& time) const noexcept {
+  return settings_.max_age_ms != 0 && time.age_ns > settings_.max_age_ms * base::kNsPerMs;
+}
+
+simulation::FrameVerdict CommandGuard::JudgeSequence(const can::Frame& frame) noexcept {
+  if (!checker_) return simulation::FrameVerdict::kValid;
+  const can::E2eVerdict verdict = checker_->Check(frame.id, {frame.data.data(), frame.size});
+  newest_.counts.lost = checker_->Counters().lost_frames;
+  return VerdictOf(verdict);
+}
+
+simulation::FrameVerdict CommandGuard::JudgeValue(double p1_psi, const FrameTime& time) const noexcept {
+  if (!(p1_psi >= settings_.p1_minimum_psi && p1_psi <= settings_.p1_maximum_psi))
+    return simulation::FrameVerdict::kOutOfRange;
+  if (settings_.p1_rate_psi_s > 0.0 && newest_.counts.Valid() > 0) {
+    const double elapsed_s = std::max(
+        cycle_s_, static_cast<double>(time.time_ns - newest_time_ns_) / static_cast<double>(base::kNsPerS));
+    if (std::fabs(p1_psi - newest_.p1_psi) > settings_.p1_rate_psi_s * elapsed_s * kRounding)
+      return simulation::FrameVerdict::kTooFast;
+  }
+  return simulation::FrameVerdict::kValid;
+}
+
+void CommandGuard::Follow(double p1_psi, const FrameTime& time) noexcept {
+  newest_.p1_psi = p1_psi;
+  newest_.arrival_ns = time.arrival_ns;
+  newest_time_ns_ = time.time_ns;
+  if (!newest_.enabled || newest_.trip) return;
+  ++newest_.good;
+  ++newest_.good_in_a_row;
+}
+
+}  // namespace servohil::emulator

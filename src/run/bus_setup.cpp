@@ -1,0 +1,118 @@
+#include "run/bus_setup.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include "base/error.hpp"
+#include "base/formatted.hpp"
+#include "can/socketcan/interface_state.hpp"
+#include "run/bus_watch.hpp"
+
+namespace servohil::run {
+
+std::vector<std::string> WantedBuses(const std::vector<std::string>& asked,
+                                     const configuration::Configuration& configuration) {
+  const std::vector<std::string>& wanted = asked.empty() ? configuration.can.buses : asked;
+  const std::string place = asked.empty() ? configuration.PlaceOf("can.buses") + ": can.buses: " : "";
+  std::vector<std::string> mistakes;
+  for (const std::string& url : wanted) {
+    try {
+      can::CheckUrl(url);
+    } catch (const base::UsageError& error) {
+      mistakes.push_back(place + error.what());
+    }
+  }
+  if (!mistakes.empty()) throw base::UsageError(mistakes);
+  return wanted;
+}
+
+std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted,
+                                      const configuration::CanSettings& can) {
+  std::vector<std::string> urls;
+  for (const std::string& url : wanted) {
+    if (url != "auto") {
+      urls.push_back(url);
+      continue;
+    }
+    urls.push_back(can::AutomaticUrl(can.interfaces, can.allow_physical));
+    if (const std::string any = can::AutomaticUrl(can.interfaces); any != urls.back())
+      spdlog::info("--can auto: {}", can::PhysicalRefusal(any));
+    std::string looked_for;
+    for (const std::string& interface : can.interfaces)
+      looked_for += (looked_for.empty() ? "" : ", ") + interface;
+    spdlog::info("--can auto: {} (looked for {})", urls.back(), looked_for);
+  }
+  return urls;
+}
+
+void CheckBusLoad(const signal_map::Contract& contract, const configuration::CanSettings& can) {
+  constexpr double kWarnAbove = 0.7;
+  double bits_per_s = 0.0;
+  std::string parts;
+  for (const signal_map::Contract::Load& load : contract.BusLoad()) {
+    bits_per_s += load.bits_per_s;
+    parts += (parts.empty() ? "" : ", ") + load.message + " every " + std::to_string(load.cycle_ms) + " ms";
+  }
+  const int bit_rate_bit_s =
+      can.emulate_bit_rate_bit_s != 0 ? can.emulate_bit_rate_bit_s : can.bit_rate_bit_s;
+  const double share = bits_per_s / bit_rate_bit_s;
+  const std::string line =
+      base::Formatted("bus load at worst-case stuffing %.1f %% of %d bit/s: ", 100.0 * share,
+                      bit_rate_bit_s) +
+      parts;
+  const std::string times = can.publish.empty() ? "publish.*_ms cycle times" : "cycle_ms of can.publish";
+  if (share > 1.0) throw base::UsageError(line + "; more than the bus carries: raise the " + times);
+  if (share > kWarnAbove) {
+    spdlog::warn("{}; above 70 % other nodes will wait: raise the {}", line, times);
+  } else {
+    spdlog::info("{}", line);
+  }
+}
+
+void ReportBuses(const can::Network& network, int bit_rate_bit_s) {
+  for (const auto& bus : network.Buses()) {
+    if (const std::string state = bus->State(); !state.empty()) spdlog::info("{}: {}", bus->Name(), state);
+    const auto real = can::InterfaceBitRate(bus->Interface());
+    if (real && *real != static_cast<std::uint32_t>(bit_rate_bit_s)) {
+      spdlog::warn("{} runs at {} bit/s, can.bit_rate_bit_s = {}: the bus load above is wrong by that ratio",
+                   bus->Name(), *real, bit_rate_bit_s);
+    }
+  }
+}
+
+can::BusOptions BusOptionsOf(const signal_map::Contract& contract,
+                             const configuration::Configuration& configuration,
+                             const emulator::EmulatorOptions& options) {
+  can::BusOptions bus;
+  bus.wanted = contract.Wanted();
+  if (configuration.fault.allow_can)
+    bus.wanted.push_back(emulator::FaultPort::RequestId(contract.Databases()));
+  if (options.clock == emulator::Clock::kLockstep && options.lockstep.sync_id >= 0)
+    bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});
+  // What another node sends with an identifier of ours is to be seen, too.
+  for (std::size_t i = 0; i < contract.MessageCount(); ++i)
+    bus.wanted.push_back({contract.MessageOf(i).id, contract.MessageOf(i).extended});
+  const configuration::CanSettings& can = configuration.can;
+  bus.bit_rate_bit_s = static_cast<std::uint32_t>(can.bit_rate_bit_s);
+  if (contract.UsesFd()) bus.data_bit_rate_bit_s = static_cast<std::uint32_t>(can.data_bit_rate_bit_s);
+  bus.allow_physical = can.allow_physical;
+  if (can.configure) bus.configure = LinkSettingsOf(can);
+  if (can.emulate_bit_rate_bit_s == 0) return bus;
+  bus.wanted.clear();  // everybody's frames take their time
+  if (options.clock == emulator::Clock::kReal) bus.model = BusModelOf(can);
+  return bus;
+}
+
+can::BusModelSettings BusModelOf(const configuration::CanSettings& can) {
+  return {static_cast<std::uint32_t>(can.emulate_bit_rate_bit_s), static_cast<std::size_t>(can.queue_length)};
+}
+
+std::vector<std::string> BusNames(const can::Network& network) {
+  std::vector<std::string> names;
+  for (const auto& bus : network.Buses()) {
+    const std::string name = bus->Name().substr(bus->Name().find(':') + 1);
+    names.push_back(name.rfind("/dev/", 0) == 0 ? name.substr(5) : name);
+  }
+  return names;
+}
+
+}  // namespace servohil::run

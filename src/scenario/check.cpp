@@ -1,0 +1,28 @@
+#include "scenario/check.hpp"
+
+#include "scenario/mode_check.hpp"
+#include "scenario/oscillation_check.hpp"
+#include "scenario/range_check.hpp"
+
+namespace servohil::scenario {
+
+const char* NameOf(Outcome outcome) {
+  return outcome == Outcome::kPass ? "PASS" : outcome == Outcome::kFail ? "FAIL" : "INVALID";
+}
+
+std::unique_ptr<Check> CheckOf(const Expectation& expectation) {
+  using Kind = Expectation::Kind;
+  switch (expectation.kind) {
+    case Kind::kCalm:
+      return std::make_unique<CalmCheck>(expectation);
+    case Kind::kOscillates:
+      return std::make_unique<OscillationCheck>(expectation);
+    case Kind::kModeBecomes:
+    case Kind::kModeNever:
+      return std::make_unique<ModeCheck>(expectation);
+    default:
+      return std::make_unique<RangeCheck>(expectation);
+  }
+}
+
+}  // namespace servohil::scenario

@@ -1,0 +1,343 @@
+#include "signal_map/contract.hpp"
+
+#include <gtest/gtest.h>
+
+#include "base/error.hpp"
+#include "can/dbc/codec.hpp"
+#include "support/contract_files.hpp"
+#include "support/default_setup.hpp"
+
+namespace servohil::signal_map {
+namespace {
+
+/// Nothing published.
+configuration::Configuration QuietConfiguration() {
+  return configuration::LoadConfiguration(
+      testing::kConfigurationFile, {"publish.position_ms=0", "publish.pressures_ms=0", "publish.relay_ms=0",
+                                    "publish.bus_ms=0", "publish.safety_ms=0", "publish.status_ms=0"});
+}
+
+std::string ErrorOf(const std::string& dbc) {
+  try {
+    const Contract contract({{can::ParseDbc(dbc, "test.dbc")}}, QuietConfiguration());
+  } catch (const base::UsageError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Contract, EncodesAWorkedFrame) {
+  const testing::DefaultSetup setup;
+  simulation::Telemetry t;
+  t.sample.tick = 0x01020304;
+  t.sample.state.x3_in = 4.0;
+  t.sample.state.v3_in_s = -1.5;
+  const can::Frame frame = setup.contract.Encode(testing::kPosition, t);
+  EXPECT_EQ(frame.id, 0x200U);
+  EXPECT_FALSE(frame.extended);
+  ASSERT_EQ(frame.size, 8);
+  // X3: (4.0 + 1) / 0.0002 = 25000 = 0x61A8; V3: -1.5 / 0.01 = -150 = 0xFF6A; Tick as it is; all Intel.
+  const std::array<std::uint8_t, 8> expected = {0xA8, 0x61, 0x6A, 0xFF, 0x04, 0x03, 0x02, 0x01};
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(frame.data[i], expected[i]) << "byte " << i;
+}
+
+TEST(Contract, DecodesAWorkedCommand) {
+  const testing::DefaultSetup setup;
+  can::Frame frame;
+  frame.id = 0x100;
+  frame.size = 4;
+  // P1 30.533 psi = 30533 raw = 0x07745 in bits 12 to 31; counter 3 in bits 8 to 11.
+  frame.data = {0x00, 0x53, 0x74, 0x07};
+  CommandRejection rejection{};
+  const auto command = setup.contract.Decode(frame, rejection);
+  ASSERT_TRUE(command);
+  EXPECT_NEAR(command->p1_psi.value_or(0.0), 30.533, 1e-12);
+}
+
+TEST(Contract, TellsApartWhyAFrameIsNoCommand) {
+  const testing::DefaultSetup setup;
+  can::Frame frame;
+  frame.id = 0x100;
+  frame.size = 4;
+  CommandRejection rejection{};
+  can::Frame other = frame;
+  other.id = 0x101;
+  EXPECT_FALSE(setup.contract.Decode(other, rejection));
+  EXPECT_EQ(rejection, CommandRejection::kUnknownId);
+  other = frame;
+  other.extended = true;
+  EXPECT_FALSE(setup.contract.Decode(other, rejection));
+  EXPECT_EQ(rejection, CommandRejection::kUnknownId) << "0x100 with 29 bits is another identifier";
+  other = frame;
+  other.size = 3;
+  EXPECT_FALSE(setup.contract.Decode(other, rejection));
+  EXPECT_EQ(rejection, CommandRejection::kMalformed);
+  other = frame;
+  other.remote = true;
+  EXPECT_FALSE(setup.contract.Decode(other, rejection));
+  EXPECT_EQ(rejection, CommandRejection::kMalformed);
+  other = frame;
+  other.data = {0, 0xF0, 0xFF, 0xFF};  // 1048.575 psi
+  EXPECT_FALSE(setup.contract.Decode(other, rejection));
+  EXPECT_EQ(rejection, CommandRejection::kOutOfRange);
+}
+
+TEST(Contract, HasTheResolutionThatWasPromised) {
+  const can::Database dbc = can::ReadDbc(SERVOHIL_CONFIG_DIR "/servohil.dbc");
+  for (const can::Message& message : dbc.messages) {
+    for (const can::Signal& signal : message.signals) {
+      if (signal.unit == "in") {
+        EXPECT_LE(signal.factor, 0.0005) << signal.name;
+      }
+      if (signal.unit == "psi") {
+        EXPECT_LE(signal.factor, 0.01) << signal.name;
+      }
+    }
+  }
+}
+
+TEST(Contract, RefusesADbcThatDoesNotFit) {
+  EXPECT_NE(ErrorOf("BO_ 1 GOV_Comand: 8 X\n").find("GOV_Command"), std::string::npos);
+  EXPECT_NE(ErrorOf("BO_ 1 GOV_Command: 8 X\n SG_ P1_Demand : 0|16@1+ (1,0) [0|0] \"V\" X\n")
+                .find("test.dbc:2: GOV_Command.P1_Demand has the unit \"V\", expected one of psi, bar"),
+            std::string::npos);
+  EXPECT_NE(ErrorOf("BO_ 1 GOV_Command: 8 X\n SG_ P1 : 0|16@1+ (1,0) [0|0] \"psi\" X\n").find("P1_Demand"),
+            std::string::npos);
+  EXPECT_EQ(ErrorOf("BO_ 1 GOV_Command: 8 X\n SG_ P1_Demand : 0|16@1+ (1,0) [0|0] \"psi\" X\n"), "no error");
+}
+
+using testing::ContractFiles;
+constexpr double kPsiPerBar = 1e5 / 6894.757293168;
+
+can::Frame FrameOf(std::uint32_t id, bool extended, std::initializer_list<std::uint8_t> bytes) {
+  can::Frame frame;
+  frame.id = id;
+  frame.extended = extended;
+  frame.size = static_cast<std::uint8_t>(bytes.size());
+  std::copy(bytes.begin(), bytes.end(), frame.data.begin());
+  return frame;
+}
+
+std::vector<int> BytesOf(const can::Frame& frame) {
+  return {frame.data.begin(), frame.data.begin() + frame.size};
+}
+
+TEST(Contract, P1IsConvertedFromItsUnit) {
+  const std::string dbc = "BO_ 1 GOV: 3 X\n SG_ P1 : 15|16@0+ (0.001,0) [0|0] \"bar\" X\n";
+  CommandRejection why{};
+  const can::Frame frame = FrameOf(1, false, {0, 0x08, 0x00});  // 2.048 bar
+  const auto bar = ContractFiles("[can.command]\np1 = \"GOV.P1\"\n" + testing::kNothingPublished, {dbc})
+                       .Bind()
+                       .Decode(frame, why);
+  EXPECT_NEAR(*bar->p1_psi, 2.048 * kPsiPerBar, 1e-11);
+  EXPECT_EQ(why, CommandRejection::kNone);
+  const auto kpa = ContractFiles("[can.command]\np1 = \"GOV.P1\"\nunit = \"kPa\"\nmay_clip = true\n" +
+                                     testing::kNothingPublished,
+                                 {dbc})
+                       .Bind()
+                       .Decode(frame, why);
+  EXPECT_NEAR(*kpa->p1_psi, 0.02048 * kPsiPerBar, 1e-9);
+}
+
+TEST(Contract, P1IsScaledFromCurrent) {
+  const ContractFiles files(
+      "[can.command]\np1 = \"GOV.Loop\"\nscale = [[4.0, 0.0], [20.0, 150.0]]\n" + testing::kNothingPublished,
+      {"BO_ 1 GOV: 4 X\n SG_ Loop : 0|32@1- (1,0) [3.6|21] \"mA\" X\nSIG_VALTYPE_ 1 Loop : 1;\n"});
+  const Contract contract = files.Bind();
+  CommandRejection why{};
+  EXPECT_EQ(contract.Decode(FrameOf(1, false, {0, 0, 0x40, 0x41}), why)->p1_psi, 75.0);  // 12 mA
+  EXPECT_FALSE(contract.Decode(FrameOf(1, false, {0, 0, 0, 0x40}), why));                // 2 mA: broken wire
+  EXPECT_EQ(why, CommandRejection::kOutOfRange);
+  EXPECT_FALSE(contract.Decode(FrameOf(1, false, {0, 0, 0xC0, 0x7F}), why));  // not a number
+  EXPECT_EQ(why, CommandRejection::kOutOfRange);
+}
+
+TEST(Contract, EnableAndTripComeFromAnyMessageAndHold) {
+  const Contract contract =
+      ContractFiles(
+          "[can.command]\np1 = \"GOV.P1\"\nenable = \"GOV.On\"\ntrip = \"MODE.State = Tripped\"\n" +
+              testing::kNothingPublished,
+          {"BO_ 1 GOV: 3 X\n SG_ P1 : 0|16@1+ (0.01,0) [0|500] \"psi\" X\n SG_ On : 16|1@1+ (1,0) [0|1] "
+           "\"\" X\nBO_ 2 MODE: 1 X\n SG_ State : 0|4@1+ (1,0) [0|15] \"\" X\nVAL_ 2 State 4 \"Tripped\" "
+           ";\n"})
+          .Bind();
+  ASSERT_EQ(contract.IncomingMessages().size(), 2U);
+  EXPECT_EQ(contract.Wanted().size(), 2U);
+  simulation::Command command;
+  CommandRejection why{};
+  Merge(*contract.Decode(FrameOf(1, false, {0xE8, 3, 0}), why), command);  // 10 psi, not enabled
+  EXPECT_EQ(command.p1_psi, 10.0);
+  EXPECT_FALSE(command.enabled);
+  EXPECT_FALSE(command.trip);
+  Merge(*contract.Decode(FrameOf(2, false, {4}), why), command);
+  EXPECT_TRUE(command.trip);
+  Merge(*contract.Decode(FrameOf(1, false, {0xD0, 7, 1}), why), command);
+  EXPECT_EQ(command.p1_psi, 20.0);
+  EXPECT_TRUE(command.enabled);
+  EXPECT_TRUE(command.trip) << "MODE has not said otherwise";
+  Merge(*contract.Decode(FrameOf(2, false, {3}), why), command);
+  EXPECT_FALSE(command.trip);
+}
+
+TEST(Contract, ATripCountsBesideAP1ThatDoesNot) {
+  const Contract contract =
+      ContractFiles("[can.command]\np1 = \"GOV.P1\"\ntrip = \"GOV.Trip\"\n" + testing::kNothingPublished,
+                    {"BO_ 1 GOV: 3 X\n SG_ P1 : 0|16@1+ (0.01,0) [0|500] \"psi\" X\n SG_ Trip : "
+                     "16|1@1+ (1,0) [0|1] \"\" X\n"})
+          .Bind();
+  CommandRejection why{};
+  const auto demand = contract.Decode(FrameOf(1, false, {0xFF, 0xFF, 1}), why);
+  ASSERT_TRUE(demand);
+  EXPECT_EQ(why, CommandRejection::kOutOfRange);
+  EXPECT_FALSE(demand->p1_psi);
+  EXPECT_EQ(demand->trip, true);
+}
+
+TEST(Contract, AMultiplexedP1CountsWhileItIsThere) {
+  const Contract contract =
+      ContractFiles("[can.command]\np1 = \"GOV.P1\"\n" + testing::kNothingPublished,
+                    {"BO_ 1 GOV: 3 X\n SG_ Page M : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ P1 m2 : "
+                     "8|16@1+ (0.01,0) [0|500] \"psi\" X\n"})
+          .Bind();
+  CommandRejection why{};
+  EXPECT_EQ(contract.Decode(FrameOf(1, false, {2, 0xE8, 3}), why)->p1_psi, 10.0);
+  EXPECT_FALSE(contract.Decode(FrameOf(1, false, {1, 0xE8, 3}), why));
+  EXPECT_EQ(why, CommandRejection::kUnknownId);
+}
+
+TEST(Contract, AParameterGroupCountsFromAnySource) {
+  const std::string dbc =
+      "BO_ 2365530401 GOV: 2 X\n SG_ P1 : 0|16@1+ (0.01,0) [0|500] \"psi\" X\n";  // 0x0CFF2121
+  CommandRejection why{};
+  const Contract any =
+      ContractFiles("[can.command]\np1 = \"GOV.P1\"\npgn = true\n" + testing::kNothingPublished, {dbc})
+          .Bind();
+  EXPECT_TRUE(any.Decode(FrameOf(0x18FF'2133, true, {0, 0}), why));
+  EXPECT_FALSE(any.Decode(FrameOf(0x18FF'2233, true, {0, 0}), why));
+  EXPECT_EQ(any.Wanted()[0].mask, 0x03FF'FF00U);
+  const Contract one =
+      ContractFiles("[can.command]\np1 = \"GOV.P1\"\n" + testing::kNothingPublished, {dbc}).Bind();
+  EXPECT_FALSE(one.Decode(FrameOf(0x18FF'2133, true, {0, 0}), why));
+  EXPECT_TRUE(one.Decode(FrameOf(0x0CFF'2121, true, {0, 0}), why));
+}
+
+/// A governor of servohil's own, and these messages published.
+Contract Publishing(const std::string& toml, const std::string& dbc) {
+  return ContractFiles("[can.command]\np1 = \"GOV.P1\"\n" + toml,
+                       {"BO_ 1 GOV: 2 X\n SG_ P1 : 0|16@1+ (0.01,0) [0|500] \"psi\" X\n" + dbc})
+      .Bind();
+}
+
+TEST(Contract, QuantitiesAreConvertedAndScaled) {
+  const Contract contract = Publishing(
+      "[[can.publish]]\nmessage = \"FB\"\ncycle_ms = 20\nsignals = { Mm = \"x3_in\", Ma = { quantity = "
+      "\"x3_in\", scale = "
+      "[[0.0, 4.0], [8.0, 20.0]] }, Kpa = { quantity = \"p3_psi\", unit = \"kPa\" } }\n",
+      "BO_ 2 FB: 8 X\n SG_ Mm : 7|16@0+ (0.01,0) [0|0] \"mm\" X\n SG_ Ma : 16|16@1+ (0.001,0) [0|25] \"mA\" "
+      "X\n SG_ Kpa : "
+      "39|32@0- (1,0) [0|0] \"\" X\nSIG_VALTYPE_ 2 Kpa : 1;\n");
+  simulation::Telemetry t;
+  t.sample.state.x3_in = 4.0;
+  t.sample.state.p3_psi = 100.0;
+  const can::Frame frame = contract.Encode(0, t);
+  EXPECT_EQ(contract.CycleTicks(0), 200U);
+  // 101.6 mm = 10160 = 0x27B0, Motorola; 12 mA = 12000 = 0x2EE0, Intel; 689.4757 kPa = 0x442C5E72 as float.
+  EXPECT_EQ(BytesOf(frame), (std::vector<int>{0x27, 0xB0, 0xE0, 0x2E, 0x44, 0x2C, 0x5E, 0x72}));
+}
+
+TEST(Contract, WhatIsNotMappedHasItsStartValueOrItsConstant) {
+  const Contract contract = Publishing(
+      "[[can.publish]]\nmessage = \"FB\"\nsignals = { Wide = { raw = 9007199254740993 }, Half = 1.5 }\n",
+      "BO_ 2 FB: 12 X\n SG_ Wide : 0|64@1+ (1,0) [0|0] \"\" X\n SG_ Half : 64|8@1+ (0.5,0) [0|0] \"\" X\n "
+      "SG_ Start : "
+      "72|8@1+ (1,0) [0|100] \"\" X\nBA_DEF_ SG_ \"GenSigStartValue\" INT 0 255;\nBA_DEF_ BO_ "
+      "\"GenMsgCycleTime\" INT 0 "
+      "10000;\nBA_DEF_DEF_ \"GenMsgCycleTime\" 50;\nBA_ \"GenSigStartValue\" SG_ 2 Start 255;\n");
+  EXPECT_EQ(contract.CycleTicks(0), 500U) << "GenMsgCycleTime";
+  // 2^53 + 1 comes through: it never is a double.
+  EXPECT_EQ(BytesOf(contract.Encode(0, {})), (std::vector<int>{1, 0, 0, 0, 0, 0, 0x20, 0, 3, 0xFF, 0, 0}));
+}
+
+TEST(Contract, FdMessagesHaveTheirFormat) {
+  const std::string dbc =
+      "BO_ 2 FB: 24 X\n SG_ X : 128|16@1+ (0.01,0) [0|0] \"mm\" X\nBA_DEF_ BO_ \"VFrameFormat\" ENUM "
+      "\"StandardCAN\",\"StandardCAN_FD\";\nBA_DEF_ BO_ \"CANFD_BRS\" ENUM \"0\",\"1\";\nBA_DEF_DEF_ "
+      "\"CANFD_BRS\" "
+      "\"1\";\nBA_ \"VFrameFormat\" BO_ 2 1;\n";
+  const Contract contract =
+      Publishing("[[can.publish]]\nmessage = \"FB\"\ncycle_ms = 10\nsignals = { X = \"x3_in\" }\n", dbc);
+  simulation::Telemetry t;
+  t.sample.state.x3_in = 1.0;
+  const can::Frame frame = contract.Encode(0, t);
+  EXPECT_TRUE(frame.fd);
+  EXPECT_TRUE(frame.bit_rate_switch);
+  EXPECT_TRUE(contract.UsesFd());
+  EXPECT_FALSE(Contract(configuration::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {})).UsesFd());
+  EXPECT_EQ(frame.size, 24);
+  EXPECT_EQ(frame.data[16] | frame.data[17] << 8, 2540);
+  // Command of 2 bytes: 34 + 16 + 13 + floor(49 / 4) = 75 bits each 10 ms. 24 bytes FD: 34 bits, and at four
+  // times the rate 5 + 192 + (53 - 4) + 32 = 278.
+  const auto loads = contract.BusLoad();
+  EXPECT_NEAR(loads[0].bits_per_s, 7500.0, 1e-9);
+  EXPECT_NEAR(loads[1].bits_per_s, (34 + 278 / 4.0) * 100.0, 1e-9);
+}
+
+TEST(Contract, PagesOfAMultiplexedMessageComeInTurn) {
+  const Contract contract = Publishing(
+      "[[can.publish]]\nmessage = \"FB\"\ncycle_ms = 10\nsignals = { A = \"active_faults\", B = { raw = 7 }, "
+      "All = \"mode\" "
+      "}\n",
+      "BO_ 2 FB: 3 X\n SG_ Page M : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ A m3 : 8|8@1+ (1,0) [0|0] \"\" X\n SG_ B "
+      "m5 : 8|8@1+ "
+      "(1,0) [0|0] \"\" X\n SG_ C m6 : 8|8@1+ (1,0) [0|0] \"\" X\n SG_ All : 16|8@1+ (1,0) [0|0] \"\" X\n");
+  simulation::Telemetry t;
+  t.status.active_faults = 2;
+  t.status.mode = simulation::Mode::kRunning;
+  EXPECT_EQ(BytesOf(contract.Encode(0, t, {}, 0)), (std::vector<int>{3, 2, 1}));
+  EXPECT_EQ(BytesOf(contract.Encode(0, t, {}, 1)), (std::vector<int>{5, 7, 1}));
+  EXPECT_EQ(BytesOf(contract.Encode(0, t, {}, 2)), (std::vector<int>{3, 2, 1}))
+      << "nothing is mapped to page 6";
+}
+
+TEST(Contract, SaturationOfWhatIsMeasuredIsTold) {
+  const Contract contract = Publishing(
+      "[[can.publish]]\nmessage = \"FB\"\ncycle_ms = 10\nsignals = { Late = \"late_ticks\", P3 = \"p3_psi\", "
+      "X3 = \"x3_in\" "
+      "}\n",
+      "BO_ 2 FB: 4 X\n SG_ X3 : 0|16@1+ (0.001,0) [0|8] \"in\" X\n SG_ P3 : 16|8@1+ (1,0) [0|0] \"psi\" X\n "
+      "SG_ Late : "
+      "24|4@1+ (1,0) [0|0] \"\" X\n");
+  simulation::Telemetry t;
+  t.status.late.woke_late = 100;  // saturates by design
+  FieldSet saturated = 0;
+  contract.Encode(0, t, {}, 0, &saturated);
+  EXPECT_EQ(saturated, 0U);
+  t.sample.state.p3_psi = 256.0;
+  contract.Encode(0, t, {}, 0, &saturated);
+  EXPECT_EQ(saturated, 0b010U) << "by number, in the order of the file: X3, P3, Late";
+  t.sample.state.x3_in = 8.01;
+  contract.Encode(0, t, {}, 0, &saturated);
+  EXPECT_EQ(saturated, 0b011U);
+}
+
+TEST(Contract, TheExampleOfAForeignGovernorIsSound) {
+  const Contract contract(
+      configuration::LoadConfiguration(SERVOHIL_CONFIG_DIR "/examples/foreign/servohil.toml", {}));
+  EXPECT_EQ(contract.MessageCount(), 3U);
+  EXPECT_EQ(contract.MessagesCarrying("x3_in"), simulation::SetOf(0));
+  EXPECT_EQ(contract.MessagesCarrying("command_age_ms"), simulation::SetOf(2));
+  // J1939: bits of no signal are ones.
+  EXPECT_EQ(contract.Encode(0, {}).data[7], 0xFF);
+}
+
+TEST(Contract, TheProtocolNamesEveryQuantity) {
+  std::ifstream in(SERVOHIL_CONFIG_DIR "/../PROTOCOL.md");
+  const std::string protocol{std::istreambuf_iterator<char>(in), {}};
+  for (const simulation::Quantity& quantity : simulation::Quantities()) {
+    const std::string row = "| `" + std::string(quantity.name) + "` | `" + quantity.signal + "` |";
+    EXPECT_NE(protocol.find(row), std::string::npos) << row;
+  }
+}
+
+}  // namespace
+}  // namespace servohil::signal_map
