@@ -7,7 +7,7 @@ build=(g++ cmake ninja-build pkg-config libeigen3-dev libtomlplusplus-dev libcli
        nlohmann-json3-dev libhdf5-dev libsystemd-dev)
 ci=("${build[@]}" python3-pytest python3-can python3-serial python3-canmatrix)
 demo=("${build[@]}" python3-can python3-serial python3-canmatrix python3-matplotlib python3-numpy iproute2)
-guest=(flex bison bc gcc make xz-utils libc6-dev iproute2)
+guest=(flex bison bc gcc make patch xz-utils libc6-dev iproute2)
 controllers=(qemu-system-x86 cpio xz-utils gcc libc6-dev iproute2)
 test=("${demo[@]}" "${guest[@]}" "${controllers[@]}" libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev clang-format clang-tidy
       clang-tools python3-pytest python3-hypothesis python3-scipy python3-h5py python3-crcmod can-utils rt-tests stress-ng shellcheck git

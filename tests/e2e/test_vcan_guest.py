@@ -328,6 +328,50 @@ def test_concurrent_runs_do_not_meet():
         assert guest.communicate(timeout=PATIENCE_S)[0] == b"%d\n" % i and guest.returncode == i
 
 
+# --- the host's processor ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def host_xstate(tmp_path_factory):
+    """What the guest kernel does with the host's registers, on hosts that are made up."""
+    def build(headers):
+        program = tmp_path_factory.mktemp("xstate") / "host_xstate"
+        subprocess.run(["gcc", "-Wall", "-Wextra", "-Werror", "-O1", "-fsanitize=address,undefined", "-I", headers,
+                        "-o", program, Path(__file__).with_name("host_xstate.c")], check=True)
+        return lambda bytes: subprocess.run([program, str(bytes)], capture_output=True, text=True)
+    return build
+
+
+# x87 and SSE only, AVX, what the kernel keeps (AVX-512 and protection keys), and AMX
+@pytest.mark.parametrize("size", [576, 832, 2696, 11008])
+def test_registers_of_any_host_are_restored(host_xstate, size):
+    result = host_xstate(TOOLS / "guest")(size)
+    assert result.returncode == 0, result.stdout
+
+
+def test_more_registers_than_there_is_room_for_are_told(host_xstate):
+    result = host_xstate(TOOLS / "guest")(16384)
+    assert result.returncode == 3 and "16383 bytes (tools/guest/host-xstate.h)" in result.stdout
+
+
+@pytest.mark.parametrize("line, instead", [("iov_len = host_xstate_bytes", "iov_len = kept_bytes"),
+                                           ("&= ~HOST_XSTATE_TILES", "&= ~0UL"),
+                                           ("memset(host_xstate, 0, sizeof(host_xstate))", "(void)0")])
+def test_what_the_host_refuses_is_found(host_xstate, tmp_path, line, instead):
+    text = (TOOLS / "guest/host-xstate.h").read_text()
+    assert line in text
+    (tmp_path / "host-xstate.h").write_text(text.replace(line, instead))
+    assert host_xstate(tmp_path)(11008).returncode == 1
+
+
+def test_processes_keep_their_own_vector_registers():
+    program = ("import numpy; x = numpy.arange({0}, {0} + 4096, dtype=float)\nfor _ in range(300):\n"
+               "    y = numpy.sqrt(x * x); assert (y == x).all()\nprint('same')")
+    both = " & ".join(f'{PYTHON} -c "{program.format(start)}"' for start in (1, 100000))
+    result = run("sh", "-c", f"{both}; wait")
+    assert (result.returncode, result.stdout) == (0, b"same\nsame\n"), result.stderr
+
+
 # --- the cache -------------------------------------------------------------------------------------------------------
 
 
@@ -395,6 +439,19 @@ def test_failed_build_shows_its_end(fresh):
     result = subprocess.run([folder / "tools/vcan-guest", "true"], env=environment, capture_output=True)
     assert result.returncode == 125 and b"the reason\nvcan-guest: " in result.stderr
     assert [f.name for f in (folder / "cache/servohil").glob("*") if not f.name.startswith("guest-")] == ["lock"]
+
+
+def test_guest_that_cannot_start_here_says_why_and_is_not_kept(fresh):
+    folder, build, environment = fresh
+    build.write_text("#!/bin/sh\necho '#!/bin/sh\necho \"<0>Kernel panic - not syncing: made up\"' > $2/linux\n"
+                     "chmod +x $2/linux\n")
+    result = subprocess.run([folder / "tools/vcan-guest", "--build"], env=environment, capture_output=True, text=True)
+    last = result.stderr.splitlines()[-1]
+    assert result.returncode == 125 and "Kernel panic - not syncing: made up" in last
+    assert os.uname().release in last and "--controllers" in last
+    model = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
+    assert model is None or model[1] in last
+    assert not list((folder / "cache/servohil").glob("*/linux"))
 
 
 def test_missing_build_tools_are_named_with_the_remedy(fresh):
