@@ -9,6 +9,7 @@
 ///
 /// A bus that real machines may be on (whatever is not vcan, vxcan or a pseudo-terminal) is physical.
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -59,6 +60,10 @@ struct BusStatistics {
   std::uint64_t error_frames = 0;       ///< delivered by Receive(), not among `received`
 };
 
+/// How long Drain() waits for a peer that reads nothing, and for one that reads slowly.
+inline constexpr std::chrono::milliseconds kDrainStalled{2'000};
+inline constexpr std::chrono::milliseconds kDrainLongest{10'000};
+
 /// One thread may call Receive() and PollFd() while another calls Send(); Statistics() and State() may be
 /// called from any. Send() of a virtual segment may be called from several threads. Nothing but opening
 /// throws.
@@ -97,6 +102,10 @@ class Bus {
   virtual std::optional<Frame> Receive() noexcept = 0;
   /// Never blocks.
   virtual SendResult Send(const Frame& frame) noexcept = 0;
+
+  /// At the end of a run, when nobody sends any more: waits until the peer has what was sent, for a bounded
+  /// time (kDrainStalled, kDrainLongest). @return frames that it does not have
+  virtual std::uint64_t Drain() noexcept { return 0; }
 
   virtual BusStatistics Statistics() const noexcept = 0;
 };

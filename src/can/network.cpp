@@ -177,6 +177,12 @@ void Network::Flush() noexcept {
   }
 }
 
+std::uint64_t Network::Drain() noexcept {
+  std::uint64_t unread = 0;
+  for (const auto& bus : buses_) unread += bus->Drain();
+  return unread;
+}
+
 std::optional<BusModelStatistics> Network::Modelled() const noexcept {
   if (!model_) return std::nullopt;
   const std::lock_guard lock(model_mutex_);

@@ -37,6 +37,8 @@ class Network {
   SendResult Send(const Frame& frame) noexcept;
   /// When nobody receives any more: what still waits in the bus model goes out.
   void Flush() noexcept;
+  /// At the end of a run: Bus::Drain() of every bus. @return frames that peers do not have
+  std::uint64_t Drain() noexcept;
 
   const std::vector<std::unique_ptr<Bus>>& Buses() const noexcept { return buses_; }
   BusStatistics Statistics() const noexcept;  ///< sum over the buses

@@ -74,12 +74,13 @@ simulation::Telemetry RunAgain(const Rerun& rerun, const run::RecordingOptions& 
   return task->Now();
 }
 
-/// The tick up to which all influences are known.
+/// The last tick of the run, or of what is left of it, up to which all influences are known.
 std::uint64_t LastKnownTick(const recording::RecordingReader& recording) {
   std::uint64_t last = 0;
   std::vector<simulation::Telemetry> one(1);
   if (recording.SampleCount() > 0 && recording.ReadSamples(recording.SampleCount() - 1, one) == 1)
     last = one[0].sample.tick;
+  if (recording.End()) last = std::max(last, recording.End()->final_tick);
   for (const recording::RecordingGap& gap : recording.Gaps()) {
     if (gap.stream != recording::RecordedStream::kInfluences || gap.tick > last) continue;
     std::cout << base::Formatted("commands or faults were lost at tick %llu: the replay ends there\n",
@@ -101,11 +102,24 @@ void TellWhatItIs(const recording::RecordingReader& recording) {
   }
 }
 
-int TellIdentity(const run::Comparison& comparison, const simulation::Telemetry& end) {
+/// Whether the replay ends where the run did, but in another state: between recorded samples, too.
+bool EndsDifferently(const recording::RecordingReader& recording, const simulation::Telemetry& end) {
+  return recording.End() && recording.End()->final_tick == end.sample.tick &&
+         recording.End()->final_state_hash != end.sample.state_hash;
+}
+
+int TellIdentity(const recording::RecordingReader& recording, const run::Comparison& comparison,
+                 const simulation::Telemetry& end) {
   if (const auto& d = comparison.FirstDifference()) {
     std::cout << base::Formatted("differs from tick %llu (%.4f s) on: ", Count{d->tick},
                                  model::SecondsOf(d->tick))
               << d->variable << " recorded " << d->recorded << ", replayed " << d->replayed << '\n';
+    return base::kExitNotValid;
+  }
+  if (EndsDifferently(recording, end)) {
+    std::cout << base::Formatted(
+        "differs at the end, tick %llu: state hash recorded %016llx, replayed %016llx\n",
+        Count{end.sample.tick}, Count{recording.End()->final_state_hash}, Count{end.sample.state_hash});
     return base::kExitNotValid;
   }
   std::cout << base::Formatted("identical: %llu samples to tick %llu (%.4f s), state hash %016llx\n",
@@ -197,7 +211,7 @@ int ReplayRecording(const ReplayOptions& options) {
   });
   if (what_if) {
     TellDeviations(comparison);
-  } else if (const int status = TellIdentity(comparison, end); status != base::kExitOk) {
+  } else if (const int status = TellIdentity(reader, comparison, end); status != base::kExitOk) {
     return status;
   }
   return scenario ? scenario->Report(options.scenario, WhyRecordingIsInvalid(reader, what_if))

@@ -187,6 +187,8 @@ struct RecordingReader::Contents {
     if (HasAttribute(*file, attribute::kVerdict)) {
       end = RecordingEnd{ReadText(*file, attribute::kVerdict, name),
                          ReadNumber(*file, attribute::kFinalStateHash, name)};
+      if (HasAttribute(*file, attribute::kFinalTick))
+        end->final_tick = ReadNumber(*file, attribute::kFinalTick, name);
     }
   }
 

@@ -51,6 +51,7 @@ struct RecordingGap {
 struct RecordingEnd {
   std::string verdict;  ///< "VALID", "INVALID: ..."
   std::uint64_t final_state_hash = 0;
+  std::uint64_t final_tick = 0;  ///< of the run, recorded or not; 0: recorded by a program that did not say
 };
 
 }  // namespace servohil::recording

@@ -311,6 +311,7 @@ void RecordingFile::Close(const std::optional<RecordingEnd>& end, const Recordin
   if (end) {
     WriteAttribute(*file, attribute::kVerdict, end->verdict, name_);
     WriteAttribute(*file, attribute::kFinalStateHash, end->final_state_hash, name_);
+    WriteAttribute(*file, attribute::kFinalTick, end->final_tick, name_);
   }
   WriteAttribute(*file, attribute::kEndTime, UtcNow(), name_);
   WriteAttribute(*file, attribute::kSamplesLost, report.samples_lost, name_);

@@ -36,6 +36,7 @@ inline constexpr const char* kFaults = "faults";
 inline constexpr const char* kEndTime = "end_time";
 inline constexpr const char* kVerdict = "verdict";
 inline constexpr const char* kFinalStateHash = "final_state_hash";
+inline constexpr const char* kFinalTick = "final_tick";
 inline constexpr const char* kSamplesLost = "samples_lost";
 inline constexpr const char* kInfluencesLost = "influences_lost";
 inline constexpr const char* kFramesLost = "frames_lost";

@@ -117,6 +117,11 @@ int RunOnBus(const RunOptions& options, const RunSetup& setup, const std::option
 
   watch.Run(signals);
   emulator.Stop();
+  if (const std::uint64_t unread = network.Drain(); unread != 0) {
+    spdlog::warn("the last {} frames were not read: the client read nothing for {} s, or went on for {} s",
+                 unread, can::kDrainStalled / std::chrono::seconds(1),
+                 can::kDrainLongest / std::chrono::seconds(1));
+  }
   snapshots.WriteAllOrTell(emulator);
   const std::uint64_t lost =
       options.clock == emulator::Clock::kLockstep ? network.Statistics().receive_overflows : 0;

@@ -26,7 +26,8 @@ std::unique_ptr<recording::Recorder> RecordingOptions::Open(const configuration:
 std::string FinishRecording(recording::Recorder* recorder, const std::filesystem::path& directory,
                             const simulation::Telemetry& end, const std::string& verdict) {
   if (recorder == nullptr) return {};
-  const recording::RecordingReport report = recorder->Finish({verdict, end.sample.state_hash});
+  const recording::RecordingReport report =
+      recorder->Finish({verdict, end.sample.state_hash, end.sample.tick});
   return base::Formatted("recorded %llu samples, %llu influences, %llu frames in ",
                          static_cast<unsigned long long>(report.samples),
                          static_cast<unsigned long long>(report.influences),

@@ -143,7 +143,7 @@ Influence CommandAt(std::uint64_t tick, double p1_psi) {
 }
 
 constexpr RecorderOptions kWaiting{.producers_wait = true};
-const RecordingEnd kEnd{"VALID", 0x0123'4567'89AB'CDEFU};
+const RecordingEnd kEnd{"VALID", 0x0123'4567'89AB'CDEFU, 60'000};
 
 TEST(Recording, IsReadBackBitForBit) {
   const Scratch scratch;
@@ -168,6 +168,7 @@ TEST(Recording, IsReadBackBitForBit) {
   ASSERT_TRUE(reader.End());
   EXPECT_EQ(reader.End()->verdict, kEnd.verdict);
   EXPECT_EQ(reader.End()->final_state_hash, kEnd.final_state_hash);
+  EXPECT_EQ(reader.End()->final_tick, kEnd.final_tick);
   ASSERT_EQ(reader.SampleCount(), kTicks);
   EXPECT_TRUE(reader.Gaps().empty());
 

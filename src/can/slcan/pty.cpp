@@ -78,13 +78,15 @@ std::string Pty::TakeBackUnread() const {
   return unread;
 }
 
-void Pty::WaitUntilRead(int timeout_ms) const noexcept {
+std::optional<int> Pty::Unread() const noexcept {
+  pollfd master{master_.Get(), 0, 0};
+  if (::poll(&master, 1, 0) > 0 && (master.revents & POLLHUP) != 0) return std::nullopt;
   const FileDescriptor slave = OpenSlave();
-  for (; slave && timeout_ms > 0; --timeout_ms) {
-    pollfd entry{slave.Get(), POLLIN, 0};
-    if (::poll(&entry, 1, 0) <= 0) return;
-    ::poll(nullptr, 0, 1);
-  }
+  if (!slave) return std::nullopt;
+  pollfd entry{slave.Get(), POLLIN, 0};
+  if (::poll(&entry, 1, 0) <= 0) return 0;  // looks behind the line buffer, too
+  int bytes = 0;
+  return ::ioctl(slave.Get(), FIONREAD, &bytes) == 0 && bytes > 0 ? bytes : 1;
 }
 
 void Pty::DiscardUnread() const noexcept {

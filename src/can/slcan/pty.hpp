@@ -2,6 +2,7 @@
 /// A pseudo-terminal of which we hold the master side.
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -30,8 +31,10 @@ class Pty {
   /// Takes back what the slave side has not read; empty when there is nothing. Not to be used while it reads:
   /// what it reads meanwhile is missing in the middle.
   std::string TakeBackUnread() const;
-  /// Waits until the slave side has read everything, or this long.
-  void WaitUntilRead(int timeout_ms) const noexcept;
+  /// What the slave side has not read of what has arrived there: bytes; 0 when it has read everything;
+  /// nothing when nobody has it open. More may wait behind it, so that a slow reader leaves the number as it
+  /// is for a while.
+  std::optional<int> Unread() const noexcept;
   /// Discards what the slave side has not read.
   void DiscardUnread() const noexcept;
 

@@ -22,8 +22,16 @@ SlcanAdapter::SlcanAdapter(const std::string& link)
     : link_(link, pty_.SlavePath()), path_(link.empty() ? pty_.SlavePath() : link), name_("slcan:" + path_) {}
 
 SlcanAdapter::~SlcanAdapter() {
-  // Closing the master throws away what the client has not read yet: the last status among it.
-  if (connected_ && session_.IsOpen()) pty_.WaitUntilRead(200);
+  Drain();
+}
+
+// Closing the master throws away what the client has not read yet: the last status among it.
+std::uint64_t SlcanAdapter::Drain() noexcept {
+  const std::lock_guard lock(mutex_);
+  if (!connected_ || !session_.IsOpen()) return 0;
+  const std::uint64_t lost = outbox_.Drain();
+  Counters::Add(counters_.dropped_queue_full, lost);
+  return lost;
 }
 
 std::string SlcanAdapter::ConnectHint() const {

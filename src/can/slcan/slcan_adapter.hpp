@@ -32,6 +32,7 @@ class SlcanAdapter final : public Bus {
   int PollFd() noexcept override { return connected_ ? pty_.Fd() : -1; }
   std::optional<Frame> Receive() noexcept override;
   SendResult Send(const Frame& frame) noexcept override;
+  std::uint64_t Drain() noexcept override;
   BusStatistics Statistics() const noexcept override { return counters_.Snapshot(); }
 
  private:

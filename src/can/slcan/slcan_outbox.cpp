@@ -1,7 +1,10 @@
 #include "can/slcan/slcan_outbox.hpp"
 
+#include <poll.h>
+
 #include <algorithm>
 
+#include "can/bus.hpp"
 #include "can/slcan/slcan_codec.hpp"
 
 namespace servohil::can::slcan {
@@ -92,6 +95,25 @@ Outbox::Outcome Outbox::Write(std::string_view line, TimePoint now) {
   full_since_.reset();
   const std::uint64_t lost = TakeBack();
   return {TryWrite(line), lost};
+}
+
+std::uint64_t Outbox::Drain() {
+  using Clock = std::chrono::steady_clock;
+  const TimePoint begin = Clock::now();
+  TimePoint moved = begin;
+  std::size_t rest_before = 0;
+  for (std::optional<int> before;
+       Clock::now() - moved < kDrainStalled && Clock::now() - begin < kDrainLongest;) {
+    if (!pending_.empty()) pending_.erase(0, pty_.Write(pending_));
+    const std::optional<int> unread = pty_.Unread();
+    if (!unread) return 0;  // the client has left
+    if (*unread == 0 && pending_.empty()) return 0;
+    if (unread != before || pending_.size() != rest_before) moved = Clock::now();
+    before = unread;
+    rest_before = pending_.size();
+    ::poll(nullptr, 0, 1);
+  }
+  return TakeBack();
 }
 
 std::uint64_t Outbox::TakeBack() {

@@ -32,6 +32,10 @@ class Outbox {
   };
   /// `line` with its CR (or BEL). Never blocks.
   Outcome Write(std::string_view line, TimePoint now);
+  /// Waits until the client has read everything, while it reads at all: kDrainStalled without a byte read,
+  /// kDrainLongest in all. Then takes back what it has not read. @return frames lost; 0 where the client has
+  /// left
+  std::uint64_t Drain();
   /// Takes back what the client has not read, as above. @return frames lost
   std::uint64_t TakeBack();
   /// The client is gone: nothing of all this is for the next one.

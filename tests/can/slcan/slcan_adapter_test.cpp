@@ -185,6 +185,48 @@ TEST(SlcanAdapter, LinesStayWholeUnderTwoWritersAndASlowReader) {
   EXPECT_EQ(numbers.size() + adapter.Statistics().dropped_queue_full, frames);
 }
 
+// The end of a run: a client that reads, however slowly, gets the last frame before the terminal closes.
+TEST(SlcanAdapter, ASlowReaderGetsTheLastFrames) {
+  constexpr std::uint32_t kFrames = 800;
+  auto adapter = std::make_unique<SlcanAdapter>("");
+  const Client client = OpenChannel(*adapter);
+  for (std::uint32_t i = 0; i < kFrames; ++i) ASSERT_EQ(adapter->Send(Numbered(i)), SendResult::kSent);
+  std::string read;
+  std::thread reader([&] {  // 42 reads, 10 ms apart: longer than what a terminal was kept open for once
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    const std::string last(slcan::FormatFrame(Numbered(kFrames - 1), std::nullopt).View());
+    while (read.size() < last.size() || read.substr(read.size() - last.size()) != last) {
+      if (std::chrono::steady_clock::now() > deadline) break;
+      WaitReadable(-1, 10);
+      read += client.Read(400);
+    }
+  });
+  EXPECT_EQ(adapter->Drain(), 0U);
+  adapter.reset();
+  reader.join();
+  const std::vector<std::uint32_t> numbers = NumbersIn(read);
+  ASSERT_EQ(numbers.size(), kFrames);
+  EXPECT_EQ(numbers.back(), kFrames - 1);
+}
+
+TEST(SlcanAdapter, WhatAClientNeverReadsIsCountedAtTheEnd) {
+  SlcanAdapter adapter("");
+  const Client client = OpenChannel(adapter);
+  for (std::uint32_t i = 0; i < 12; ++i) ASSERT_EQ(adapter.Send(Numbered(i)), SendResult::kSent);
+  EXPECT_EQ(adapter.Drain(), 12U);
+  EXPECT_EQ(adapter.Statistics().dropped_queue_full, 12U);
+  EXPECT_EQ(adapter.Drain(), 0U);
+}
+
+TEST(SlcanAdapter, AClientThatHasLeftIsNotWaitedFor) {
+  SlcanAdapter adapter("");
+  {
+    const Client client = OpenChannel(adapter);
+    ASSERT_EQ(adapter.Send(Numbered(1)), SendResult::kSent);
+  }
+  EXPECT_EQ(adapter.Drain(), 0U);
+}
+
 TEST(SlcanAdapter, TimestampsAreMillisecondsOfAMinute) {
   SlcanAdapter adapter("");
   const Client client(PathOf(adapter));
