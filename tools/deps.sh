@@ -3,7 +3,7 @@
 # the demo, the tests, the CAN guest or the one with CAN controllers need. Does nothing when they are there.
 set -euo pipefail
 
-build=(g++ cmake ninja-build pkg-config libeigen3-dev libtomlplusplus-dev libcli11-dev libspdlog-dev libmnl-dev
+build=(g++ cmake ninja-build pkg-config libeigen3-dev libtomlplusplus-dev libcli11-dev libspdlog-dev libmnl-dev libsocketcan-dev
        nlohmann-json3-dev libhdf5-dev libsystemd-dev)
 ci=("${build[@]}" python3-pytest python3-can python3-serial python3-canmatrix)
 demo=("${build[@]}" python3-can python3-serial python3-canmatrix python3-matplotlib python3-numpy iproute2)

@@ -17,8 +17,6 @@
 namespace servohil::can {
 namespace {
 
-constexpr double kPerMille = 1000.0;
-
 template <typename T>
 T ValueOf(const nlattr* attribute) noexcept {
   T value{};
@@ -27,57 +25,9 @@ T ValueOf(const nlattr* attribute) noexcept {
   return value;
 }
 
-ControllerState StateOf(std::uint32_t state) noexcept {
-  switch (state) {
-    case CAN_STATE_ERROR_WARNING:
-      return ControllerState::kErrorWarning;
-    case CAN_STATE_ERROR_PASSIVE:
-      return ControllerState::kErrorPassive;
-    case CAN_STATE_BUS_OFF:
-      return ControllerState::kBusOff;
-    default:
-      return ControllerState::kErrorActive;
-  }
-}
-
-int ParseController(const nlattr* attribute, void* data) {
-  auto& controller = static_cast<Link*>(data)->controller;
-  if (!controller) controller.emplace();
-  constexpr std::uint16_t kMost = 255;
-  switch (mnl_attr_get_type(attribute)) {
-    case IFLA_CAN_STATE:
-      controller->state = StateOf(ValueOf<std::uint32_t>(attribute));
-      break;
-    case IFLA_CAN_BERR_COUNTER: {
-      const auto counter = ValueOf<can_berr_counter>(attribute);
-      controller->has_counters = true;
-      controller->tx_errors = static_cast<std::uint8_t>(std::min(counter.txerr, kMost));
-      controller->rx_errors = static_cast<std::uint8_t>(std::min(counter.rxerr, kMost));
-      break;
-    }
-    case IFLA_CAN_BITTIMING: {
-      const auto timing = ValueOf<can_bittiming>(attribute);
-      controller->bit_rate_bit_s = timing.bitrate;
-      controller->sample_point = timing.sample_point / kPerMille;
-      break;
-    }
-    case IFLA_CAN_CLOCK:
-      controller->clock_hz = ValueOf<can_clock>(attribute).freq;
-      break;
-    case IFLA_CAN_RESTART_MS:
-      controller->restart_ms = ValueOf<std::uint32_t>(attribute);
-      break;
-    default:
-      break;
-  }
-  return MNL_CB_OK;
-}
-
 int ParseKind(const nlattr* attribute, void* data) {
   if (mnl_attr_get_type(attribute) == IFLA_INFO_KIND)
     static_cast<Link*>(data)->kind = mnl_attr_get_str(attribute);
-  if (mnl_attr_get_type(attribute) == IFLA_INFO_DATA && static_cast<Link*>(data)->kind == "can")
-    mnl_attr_parse_nested(attribute, ParseController, data);
   return MNL_CB_OK;
 }
 
@@ -104,7 +54,7 @@ int ParseLink(const nlmsghdr* message, void* data) {
   return MNL_CB_STOP;
 }
 
-/// A setting of interfaces of kind "can".
+/// Changes a setting of interfaces of kind "can".
 template <typename T>
 int SetController(const std::string& name, std::uint16_t attribute, const T& value, std::string& reason) {
   LinkRequest request(RTM_NEWLINK, NLM_F_ACK, name);
@@ -117,23 +67,38 @@ int SetController(const std::string& name, std::uint16_t attribute, const T& val
   return request.Exchange(nullptr, nullptr, reason);
 }
 
+// Each asks libsocketcan. What is refused is asked once more, by libmnl, for the kernel's number and text.
+
 int SetUp(const std::string& name, bool up, std::string& reason) {
+  if (can::SetUp(name, up)) return 0;
   LinkRequest request(RTM_NEWLINK, NLM_F_ACK, name);
   request.SetUp(up);
   return request.Exchange(nullptr, nullptr, reason);
+}
+
+int SetBitTiming(const std::string& name, const LinkSettings& settings, std::string& reason) {
+  if (can::SetBitTiming(name, settings.bit_rate_bit_s, settings.sample_point)) return 0;
+  can_bittiming timing{};
+  timing.bitrate = settings.bit_rate_bit_s;
+  timing.sample_point = static_cast<std::uint32_t>(std::lround(settings.sample_point * kSamplePointUnit));
+  return SetController(name, IFLA_CAN_BITTIMING, timing, reason);
+}
+
+int SetRestartMs(const std::string& name, std::uint32_t restart_ms, std::string& reason) {
+  if (can::SetRestartMs(name, restart_ms)) return 0;
+  return SetController(name, IFLA_CAN_RESTART_MS, restart_ms, reason);
+}
+
+int Restart(const std::string& name, std::string& reason) {
+  if (can::Restart(name)) return 0;
+  const std::uint32_t now = 1;
+  return SetController(name, IFLA_CAN_RESTART, now, reason);
 }
 
 int SetQueueLength(const std::string& name, std::uint32_t frames, std::string& reason) {
   LinkRequest request(RTM_NEWLINK, NLM_F_ACK, name);
   mnl_attr_put_u32(request.Message(), IFLA_TXQLEN, frames);
   return request.Exchange(nullptr, nullptr, reason);
-}
-
-int SetBitTiming(const std::string& name, const LinkSettings& settings, std::string& reason) {
-  can_bittiming timing{};
-  timing.bitrate = settings.bit_rate_bit_s;
-  timing.sample_point = static_cast<std::uint32_t>(std::lround(settings.sample_point * kPerMille));
-  return SetController(name, IFLA_CAN_BITTIMING, timing, reason);
 }
 
 bool IsMissingPermission(int error) noexcept {
@@ -185,6 +150,7 @@ std::optional<Link> ReadLink(const std::string& name) {
   std::string reason;
   LinkRequest request(RTM_GETLINK, 0, name);
   if (request.Exchange(ParseLink, &link, reason) != 0 || link.index == 0) return std::nullopt;
+  if (link.kind == "can") link.controller = ReadController(name);
   return link;
 }
 
@@ -230,7 +196,7 @@ void ConfigureLink(const std::string& name, const LinkSettings& settings) {
       const std::string mismatch = BitTimingMismatch(name, *now->controller, settings);
       if (!mismatch.empty()) throw base::EnvironmentError(mismatch);
     }
-    const int restart = SetController(name, IFLA_CAN_RESTART_MS, settings.restart_ms, reason);
+    const int restart = SetRestartMs(name, settings.restart_ms, reason);
     if (restart != EOPNOTSUPP) require(restart);
     require(SetQueueLength(name, settings.queue_length, reason));
   }
@@ -239,8 +205,7 @@ void ConfigureLink(const std::string& name, const LinkSettings& settings) {
 
 RestartResult RestartLink(const std::string& name) {
   std::string reason;
-  const std::uint32_t now = 1;
-  const int error = SetController(name, IFLA_CAN_RESTART, now, reason);
+  const int error = Restart(name, reason);
   return error == EOPNOTSUPP ? ResetLink(name) : ResultOf(error);
 }
 

@@ -1,26 +1,18 @@
 #pragma once
-/// A CAN interface as the kernel's routing netlink has it, and how it is set up. Not for the loop: a query
-/// may wait for an adapter.
+/// A CAN interface as the kernel has it, and how it is set up. Not for the loop: a query may wait for an
+/// adapter.
+///
+/// Controllers are libsocketcan's (controller.hpp). What it lacks comes from libmnl (netlink.hpp): the number
+/// and the text of the kernel's refusals, the queue's length, the kind and index of an interface, its packet
+/// counts and frame size.
 
 #include <cstdint>
 #include <optional>
 #include <string>
 
-#include "can/error_frame.hpp"
+#include "can/socketcan/controller.hpp"
 
 namespace servohil::can {
-
-/// What a controller tells; a virtual interface has none.
-struct Controller {
-  ControllerState state = ControllerState::kErrorActive;
-  bool has_counters = false;   ///< the driver tells its error counters
-  std::uint8_t tx_errors = 0;  ///< saturate at 255
-  std::uint8_t rx_errors = 0;
-  std::uint32_t bit_rate_bit_s = 0;
-  double sample_point = 0.0;     ///< share of the bit; 0: not told
-  std::uint32_t clock_hz = 0;    ///< that bits are made of; 0: not told
-  std::uint32_t restart_ms = 0;  ///< after bus-off the kernel restarts it; 0: never
-};
 
 struct Link {
   int index = 0;  ///< another one when the interface has been made anew
@@ -35,7 +27,7 @@ struct Link {
   bool IsVirtual() const { return kind == "vcan" || kind == "vxcan"; }
 };
 
-/// Nothing: there is no such interface, or netlink is not to be had.
+/// @return nothing where there is no such interface, or no netlink
 std::optional<Link> ReadLink(const std::string& name);
 
 struct LinkSettings {

@@ -1,5 +1,6 @@
 #pragma once
-/// One exchange with the kernel's routing netlink, by libmnl.
+/// One exchange with the kernel's routing netlink, by libmnl: for what libsocketcan lacks (link.hpp says
+/// what).
 
 #include <libmnl/libmnl.h>
 #include <linux/if_link.h>
@@ -15,7 +16,7 @@ class LinkRequest {
  public:
   /// @param type, flags  RTM_GETLINK, RTM_NEWLINK; NLM_F_ACK where nothing else is answered
   LinkRequest(std::uint16_t type, std::uint16_t flags, const std::string& interface) noexcept;
-  LinkRequest(const LinkRequest&) = delete;
+  LinkRequest(const LinkRequest&) = delete;  // what it builds stands inside it
   LinkRequest& operator=(const LinkRequest&) = delete;
 
   nlmsghdr* Message() noexcept { return message_; }

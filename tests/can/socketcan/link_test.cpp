@@ -2,6 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <cstdio>
+#include <latch>
+#include <sstream>
+#include <string>
+#include <thread>
+
+#include "base/error.hpp"
+
 namespace servohil::can {
 namespace {
 
@@ -31,6 +40,61 @@ TEST(Link, ABitTimingThatIsOutOfReachIsNamedWithTheNearest) {
   EXPECT_EQ(Mismatch(1'000'000, 0.75, {.bit_rate_bit_s = 1'000'000, .sample_point = 0.8}),
             "can.sample_point = 0.800: the nearest that the controller of can0 can do at 1000000 bit/s is "
             "0.750 (its clock: 8000000 Hz); set that if it suits the other nodes");
+}
+
+/// What `ask` returns; the test fails if anything is printed meanwhile.
+template <typename Ask>
+auto Silently(Ask ask) {
+  ::testing::internal::CaptureStderr();
+  const auto answer = ask();
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  return answer;
+}
+
+// libsocketcan prints "RTNETLINK answers: ..." and its like.
+TEST(Controller, WhatCannotBeDoneIsSilentlyRefused) {
+  for (const char* name : {"nosuch0", "lo"}) {
+    EXPECT_FALSE(Silently([&] { return ReadController(name).has_value(); })) << name;
+    EXPECT_FALSE(Silently([&] { return SetBitTiming(name, 500'000, 0.875); })) << name;
+    EXPECT_FALSE(Silently([&] { return SetRestartMs(name, 100); })) << name;
+    EXPECT_FALSE(Silently([&] { return Restart(name); })) << name;
+  }
+  EXPECT_FALSE(Silently([] { return can::SetUp("nosuch0", true); }));
+}
+
+TEST(Controller, OtherOutputGoesOnMeanwhile) {
+  ::testing::internal::CaptureStderr();
+  std::FILE* const shown = stderr;
+  std::atomic<bool> done{false};
+  std::latch begun{1};
+  std::thread log([&] {
+    std::fputs("line\n", shown);
+    for (begun.count_down(); !done;) std::fputs("line\n", shown);
+  });
+  begun.wait();
+  for (int i = 0; i < 100; ++i) ReadController("nosuch0");
+  done = true;
+  log.join();
+  EXPECT_EQ(stderr, shown);
+  std::fflush(stderr);
+  const std::string text = ::testing::internal::GetCapturedStderr();
+  EXPECT_FALSE(text.empty());
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) ASSERT_EQ(line, "line");
+}
+
+TEST(Link, OfAnInterfaceThatIsNotThereIsRefusedInOneLine) {
+  const std::string refusal = Silently([] {
+    try {
+      ConfigureLink("nosuch0", {});
+    } catch (const base::EnvironmentError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  });
+  EXPECT_EQ(refusal.rfind("can.configure: ", 0), 0U) << refusal;
+  EXPECT_NE(refusal.find("nosuch0"), std::string::npos) << refusal;
+  EXPECT_EQ(refusal.find('\n'), std::string::npos) << refusal;
 }
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include "can/network.hpp"
 #include "can/slcan/terminal.hpp"
 #include "can/socketcan/interface_state.hpp"
+#include "can/socketcan/link.hpp"
 
 namespace servohil::can {
 namespace {
@@ -229,6 +230,17 @@ TEST(SocketCan, KnowsTheStateAndPrintsNothing) {
   EXPECT_TRUE(IsCanInterface(kInterface));
   EXPECT_TRUE(IsInterfaceUp(kInterface));
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(SocketCan, AVirtualInterfaceHasNoControllerToSetUp) {
+  ::testing::internal::CaptureStderr();
+  EXPECT_FALSE(ReadController("vcan0"));
+  EXPECT_FALSE(SetBitTiming("vcan0", 500'000, 0.875));
+  EXPECT_FALSE(SetRestartMs("vcan0", 100));
+  EXPECT_FALSE(Restart("vcan0"));
+  EXPECT_TRUE(can::SetUp("vcan0", true));
+  EXPECT_EQ(ReadLink("vcan0")->kind, "vcan");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
 TEST(SocketCan, AutomaticUrlIsTheFirstInterfaceThatIsThere) {
