@@ -11,7 +11,7 @@ guest=(flex bison bc gcc make patch xz-utils libc6-dev iproute2)
 controllers=(qemu-system-x86 cpio xz-utils gcc libc6-dev iproute2)
 test=("${demo[@]}" "${guest[@]}" "${controllers[@]}" libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev clang-format clang-tidy
       clang-tools python3-pytest python3-hypothesis python3-scipy python3-h5py python3-crcmod can-utils rt-tests stress-ng shellcheck git
-      clang libclang-rt-14-dev systemd)
+      clang libclang-rt-14-dev systemd ccache)
 
 [ $# -gt 0 ] || { echo "usage: tools/deps.sh build|ci|demo|test|guest|controllers ..." >&2; exit 2; }
 wanted=()

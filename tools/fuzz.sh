@@ -19,7 +19,9 @@ esac
 names=("$@")
 [ ${#names[@]} -gt 0 ] || names=(dbc configuration slcan frame request scenario file fault_frame)
 
-cmake --preset fuzz >/dev/null
+launcher=
+command -v ccache >/dev/null && launcher=ccache
+cmake --preset fuzz -DCMAKE_CXX_COMPILER_LAUNCHER=$launcher >/dev/null
 cmake --build --preset fuzz --target words "${names[@]/%/_fuzz}" >build/fuzz/build.log 2>&1 || { tail -n 40 build/fuzz/build.log >&2; exit 1; }
 
 # keep NAME

@@ -36,7 +36,8 @@ std::uint64_t ConfigurationHash(const RunTexts& texts) {
   for (const std::string& dbc : texts.dbc) all.push_back(&dbc);
   all.insert(all.end(), {&texts.load_csv, &texts.load_closing_csv});
   std::uint64_t hash = Fnv1a({});
-  for (const std::string* text : all) hash = Fnv1a(std::string_view("", 1), Fnv1a(*text, hash));
+  constexpr char kEndOfText = '\0';
+  for (const std::string* text : all) hash = Fnv1a({&kEndOfText, 1}, Fnv1a(*text, hash));
   return hash;
 }
 

@@ -24,7 +24,7 @@ constexpr timeval kPatience = {10, 0};
 std::filesystem::path ClientSocket(const std::string& told) {
   if (!told.empty()) return told;
   std::error_code error;
-  const std::filesystem::path usual = DefaultSocket();
+  std::filesystem::path usual = DefaultSocket();
   if (std::filesystem::exists(usual, error)) return usual;
   std::vector<std::filesystem::path> sockets;
   for (const auto& entry : std::filesystem::directory_iterator("/run/servohil", error)) {

@@ -160,7 +160,7 @@ std::string Rest(const Json& status) {
                                                "command_age_s"};
   std::string text;
   for (const auto& [name, value] : status.items()) {
-    if (kShown.count(name) != 0) continue;
+    if (kShown.contains(name)) continue;
     text +=
         value.is_array() ? List(name, value) : Line(base::Formatted("%-10s ", name.c_str()) + Text(value));
   }

@@ -27,12 +27,11 @@ bool Receiver::Take(const can::Frame& frame) noexcept {
   }
   if (recorder_ != nullptr) recorder_->RecordReceived(frame, frame.bus);
   const fault::Reception fate = fault::FateOfArrived(faults_, arrivals_++, next_tick);
-  if (fate.lost) {
+  const bool waits = !fate.lost && fate.delay_ticks != 0;
+  if (fate.lost || (waits && !delayed_.Push(task_.Clock() + fate.delay_ticks, frame))) {
     ++counters_.faulted;
-  } else if (fate.delay_ticks == 0) {
+  } else if (!waits) {
     Evaluate(frame);
-  } else if (!delayed_.Push(task_.Clock() + fate.delay_ticks, frame)) {
-    ++counters_.faulted;
   }
   return is_command;
 }

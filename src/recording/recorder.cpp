@@ -139,9 +139,9 @@ class Recorder::Writer {
     }
   }
 
-  void Run() noexcept;
+  void Run();
   /// Takes some from the rings and writes it. @return false when there was no more
-  bool Round() noexcept;
+  bool Round();
   bool TakeRound();
   template <typename Ring, typename Take>
   bool TakeSome(Ring& ring, RecordedStream stream, int most, const Take& take);
@@ -149,7 +149,7 @@ class Recorder::Writer {
   void LogUntil(std::int64_t time_ns);
   /// The gap goes to the file; once that takes no more, all losses of a stream become one gap.
   void Lose(RecordedStream stream, std::uint64_t tick, std::uint64_t lost);
-  void LoseRound() noexcept;
+  void LoseRound();
   void Fail(const std::string& problem, bool broken) noexcept;
   void WriteRest();
   void Account();
@@ -185,7 +185,7 @@ class Recorder::Writer {
   std::thread thread_;
 };
 
-void Recorder::Writer::Run() noexcept {
+void Recorder::Writer::Run() {
   rt::NameThread("recorder");
   PrepareThread();
   for (bool stop = false; !stop;) {
@@ -199,7 +199,7 @@ void Recorder::Writer::Run() noexcept {
   cpu_s_ = ThreadCpuS();
 }
 
-bool Recorder::Writer::Round() noexcept {
+bool Recorder::Writer::Round() {
   bool more = false;
   try {
     more = TakeRound();
@@ -283,7 +283,7 @@ void Recorder::Writer::Lose(RecordedStream stream, std::uint64_t tick, std::uint
   }
 }
 
-void Recorder::Writer::LoseRound() noexcept {
+void Recorder::Writer::LoseRound() {
   const auto lose = [this](RecordedStream stream, std::uint64_t tick) {
     RecordingGap& gap = last_gaps_[Index(stream)];
     if (gap.lost++ == 0) gap = {stream, tick, 1};

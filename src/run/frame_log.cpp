@@ -69,7 +69,7 @@ std::string FrameLog::Look(const simulation::FrameCounts& counts, std::int64_t n
   }
   pause_ns_ = std::clamp(2 * pause_ns_, kFirstPauseNs, kLongestPauseNs);
   not_before_ns_ = now_ns + pause_ns_;
-  const std::string text = Describe(counts, told_);
+  std::string text = Describe(counts, told_);
   told_ = counts;
   return text;
 }

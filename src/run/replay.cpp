@@ -26,6 +26,7 @@ std::string Shown(T value) {
 
 template <typename T>
 bool SameBits(const T& a, const T& b) {
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): bits are meant; NaN equals itself, -0 is not 0
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
 

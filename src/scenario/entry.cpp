@@ -74,7 +74,7 @@ double Entry::RequireNumber(const std::string& key, double minimum, double maxim
 std::optional<std::string> Entry::Text(const std::string& key) {
   const toml::node* node = Any(key);
   if (node == nullptr) return {};
-  const auto text = node->value_exact<std::string>();
+  auto text = node->value_exact<std::string>();
   if (!text || text->empty()) Fail(key, "must be a text in quotes");
   return text;
 }

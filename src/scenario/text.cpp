@@ -39,8 +39,9 @@ std::string WithUnit(double value, const recording::SampleColumn& quantity) {
   return base::Formatted("%.5g%s%s", value, *quantity.unit != 0 ? " " : "", quantity.unit);
 }
 
+using Kind = Expectation::Kind;
+
 std::string TextOf(const Expectation& e) {
-  using Kind = Expectation::Kind;
   switch (e.kind) {
     case Kind::kWithin:
       return NameOf(*e.quantity) + " within " + WithUnit(e.within, *e.quantity) + " of " +

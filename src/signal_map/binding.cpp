@@ -14,7 +14,7 @@ namespace {
 /// "config/servohil.toml:120: can.command.p1 = GOV_OUT.P1: "
 std::string Place(const configuration::Configuration& configuration, const std::string& key,
                   const std::string& value) {
-  if (configuration.places.count(key) == 0)
+  if (!configuration.places.contains(key))
     return key + " is not set, and \"" + value + "\" in its place will not do: ";
   return configuration.PlaceOf(key) + ": " + key + " = \"" + value + "\": ";
 }

@@ -12,6 +12,7 @@
 #include "base/error.hpp"
 #include "recording/recording.hpp"
 #include "support/default_setup.hpp"
+#include "support/paths.hpp"
 #include "support/scratch.hpp"
 
 namespace servohil::configuration {
@@ -73,14 +74,14 @@ std::string RandomSetting(const Key& key, std::mt19937_64& random) {
           return scales[random() % scales.size()];
         } else if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
           if (std::string_view(key.name) == "can.dbc") {
-            return random() % 2 != 0 ? "'" SERVOHIL_CONFIG_DIR "/servohil.dbc'"
-                                     : "['" SERVOHIL_CONFIG_DIR
-                                       "/examples/foreign/governor.dbc', '" SERVOHIL_CONFIG_DIR
-                                       "/servohil.dbc']";
+            const std::string ours = "'" + testing::ConfigFile("servohil.dbc") + "'";
+            return random() % 2 != 0
+                       ? ours
+                       : "['" + testing::ConfigFile("examples/foreign/governor.dbc") + "', " + ours + "]";
           }
           return random() % 2 != 0 ? "['auto']" : "['slcan:pty:/tmp/a \"b\" \\c', 'é#\t', 'can1']";
         } else {
-          return SERVOHIL_CONFIG_DIR "/load_curve.csv";
+          return testing::ConfigFile("load_curve.csv");
         }
       },
       key.place);
@@ -130,7 +131,7 @@ TEST(ConfigurationText, NamesEveryKeyOnce) {
 
 TEST(ConfigurationText, HasSeveralDbcFilesAndWhatIsPublished) {
   const testing::Scratch scratch;
-  const Configuration foreign = LoadConfiguration(SERVOHIL_CONFIG_DIR "/examples/foreign/servohil.toml", {});
+  const Configuration foreign = LoadConfiguration(testing::ConfigFile("examples/foreign/servohil.toml"), {});
   const RunTexts texts = DescribeConfiguration(foreign);
   ASSERT_EQ(texts.dbc.size(), 2U);
   const Configuration again = Again(foreign, scratch / "again");

@@ -6,12 +6,13 @@
 
 #include "can/dbc/dbc.hpp"
 #include "simulation/quantity.hpp"
+#include "support/paths.hpp"
 
 namespace servohil::emulator {
 namespace {
 
 const can::Message& MessageNamed(const char* name) {
-  static const can::Database database = can::ReadDbc(SERVOHIL_CONFIG_DIR "/servohil.dbc");
+  static const can::Database database = can::ReadDbc(testing::ConfigFile("servohil.dbc"));
   return database.RequireMessage(name);
 }
 
@@ -46,7 +47,7 @@ TEST(FaultMessages, NameResultsAndReasonsAsTheyAreSent) {
 }
 
 TEST(FaultPort, TellsWhatItsMessagesLack) {
-  can::Databases databases{{can::ReadDbc(SERVOHIL_CONFIG_DIR "/servohil.dbc")}};
+  can::Databases databases{{can::ReadDbc(testing::ConfigFile("servohil.dbc"))}};
   for (can::Message& message : databases.files.front().messages) {
     if (message.name != "FAULT_Request") continue;
     std::erase_if(message.signals, [](const can::Signal& signal) { return signal.name == "Value"; });

@@ -13,6 +13,7 @@
 #include "bench.hpp"
 #include "configuration/configuration.hpp"
 #include "fault_words/document.hpp"
+#include "support/paths.hpp"
 
 namespace servohil::fault {
 namespace {
@@ -142,7 +143,7 @@ TEST(Catalogue, AFaultLeavesTheParametersWhereAConfigurationMayHaveThem) {
 }
 
 TEST(FaultDocument, HasAPictureOfEachFault) {
-  const std::filesystem::path pictures = SERVOHIL_SOURCE_DIR "/.github/pictures/faults";
+  const std::filesystem::path pictures = servohil::testing::SourceFile(".github/pictures/faults");
   std::set<std::string> drawn;
   std::uintmax_t bytes = 0;
   for (const auto& file : std::filesystem::directory_iterator(pictures)) {
@@ -160,7 +161,7 @@ TEST(FaultDocument, HasAPictureOfEachFault) {
 }
 
 TEST(FaultDocument, IsWhatTheCatalogueSays) {
-  std::ifstream file(SERVOHIL_SOURCE_DIR "/FAULTS.md");
+  std::ifstream file(servohil::testing::SourceFile("FAULTS.md"));
   std::ostringstream committed;
   committed << file.rdbuf();
   EXPECT_EQ(committed.str(), fault_words::FaultDocument()) << "servohil fault list --markdown > FAULTS.md";

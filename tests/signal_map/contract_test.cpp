@@ -6,6 +6,7 @@
 #include "can/dbc/codec.hpp"
 #include "support/contract_files.hpp"
 #include "support/default_setup.hpp"
+#include "support/paths.hpp"
 
 namespace servohil::signal_map {
 namespace {
@@ -83,7 +84,7 @@ TEST(Contract, TellsApartWhyAFrameIsNoCommand) {
 }
 
 TEST(Contract, HasTheResolutionThatWasPromised) {
-  const can::Database dbc = can::ReadDbc(SERVOHIL_CONFIG_DIR "/servohil.dbc");
+  const can::Database dbc = can::ReadDbc(testing::ConfigFile("servohil.dbc"));
   for (const can::Message& message : dbc.messages) {
     for (const can::Signal& signal : message.signals) {
       if (signal.unit == "in") {
@@ -272,7 +273,7 @@ TEST(Contract, FdMessagesHaveTheirFormat) {
   EXPECT_TRUE(frame.fd);
   EXPECT_TRUE(frame.bit_rate_switch);
   EXPECT_TRUE(contract.UsesFd());
-  EXPECT_FALSE(Contract(configuration::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {})).UsesFd());
+  EXPECT_FALSE(Contract(configuration::LoadConfiguration(testing::ConfigFile("servohil.toml"), {})).UsesFd());
   EXPECT_EQ(frame.size, 24);
   EXPECT_EQ(frame.data[16] | frame.data[17] << 8, 2540);
   // Command of 2 bytes: 34 + 16 + 13 + floor(49 / 4) = 75 bits each 10 ms. 24 bytes FD: 34 bits, and at four
@@ -322,7 +323,7 @@ TEST(Contract, SaturationOfWhatIsMeasuredIsTold) {
 
 TEST(Contract, TheExampleOfAForeignGovernorIsSound) {
   const Contract contract(
-      configuration::LoadConfiguration(SERVOHIL_CONFIG_DIR "/examples/foreign/servohil.toml", {}));
+      configuration::LoadConfiguration(testing::ConfigFile("examples/foreign/servohil.toml"), {}));
   EXPECT_EQ(contract.MessageCount(), 3U);
   EXPECT_EQ(contract.MessagesCarrying("x3_in"), simulation::SetOf(0));
   EXPECT_EQ(contract.MessagesCarrying("command_age_ms"), simulation::SetOf(2));
@@ -331,7 +332,7 @@ TEST(Contract, TheExampleOfAForeignGovernorIsSound) {
 }
 
 TEST(Contract, TheProtocolNamesEveryQuantity) {
-  std::ifstream in(SERVOHIL_CONFIG_DIR "/../PROTOCOL.md");
+  std::ifstream in(testing::ConfigFile("../PROTOCOL.md"));
   const std::string protocol{std::istreambuf_iterator<char>(in), {}};
   for (const simulation::Quantity& quantity : simulation::Quantities()) {
     const std::string row = "| `" + std::string(quantity.name) + "` | `" + quantity.signal + "` |";

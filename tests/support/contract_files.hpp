@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "scratch.hpp"
 #include "signal_map/contract.hpp"
+#include "support/paths.hpp"
 
 namespace servohil::testing {
 
@@ -26,7 +27,7 @@ class ContractFiles {
       names += (names.empty() ? "\"" : ", \"") + name + ".dbc\"";
     }
     std::ofstream(scratch_ / "x.toml")
-        << "[load]\nfile = \"" SERVOHIL_CONFIG_DIR "/load_curve.csv\"\n[can]\ndbc = [" << names << "]\n\n"
+        << "[load]\nfile = \"" << ConfigFile("load_curve.csv") << "\"\n[can]\ndbc = [" << names << "]\n\n"
         << toml;
   }
 

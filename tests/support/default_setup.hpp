@@ -4,13 +4,14 @@
 #include "configuration/configuration.hpp"
 #include "emulator/simulation_task.hpp"
 #include "signal_map/contract.hpp"
+#include "support/paths.hpp"
 
 namespace servohil::testing {
 
 /// Numbers of the messages that the default configuration publishes.
 enum : std::size_t { kPosition, kPressures, kRelay, kBus, kSafety, kStatus, kMessageCount };
 
-inline constexpr const char* kConfigurationFile = SERVOHIL_CONFIG_DIR "/servohil.toml";
+inline const std::string kConfigurationFile = ConfigFile("servohil.toml");
 
 struct DefaultSetup {
   explicit DefaultSetup(const std::vector<std::string>& settings = {})

@@ -16,7 +16,7 @@ namespace {
 /// std::cerr and the log have: no line of another thread is lost.
 class Silence {
  public:
-  Silence() : lock_(mutex_), shown_(stderr) {
+  Silence() : lock_(one_at_a_time), shown_(stderr) {
     static std::FILE* const nowhere = std::fopen("/dev/null", "we");
     if (nowhere != nullptr) stderr = nowhere;
   }
@@ -25,7 +25,7 @@ class Silence {
   ~Silence() { stderr = shown_; }
 
  private:
-  inline static std::mutex mutex_;
+  inline static std::mutex one_at_a_time;
   std::lock_guard<std::mutex> lock_;
   std::FILE* shown_;
 };
