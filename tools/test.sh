@@ -1,4 +1,5 @@
 #!/bin/bash
+# shellcheck disable=SC2317  # stages are called by name
 # test.sh: installs what the tests need, builds, and runs all of them: format and lint, unit tests with and without
 # sanitizers, whole-program tests, fuzzers, and the same client tests on a real SocketCAN stack (in a guest; never
 # skipped). Idempotent. All stages run, whatever the others come to; a table at the end says what each did, build/log has

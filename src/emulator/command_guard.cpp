@@ -7,8 +7,9 @@
 namespace servohil::emulator {
 namespace {
 
-/// Of a rate: what a signal's resolution may add to a change that is meant to be within it.
-constexpr double kRounding = 1.0 + 1e-9;
+constexpr double kRounding = 1.0 + 1e-9;  // of a rate, in doubles
+// A change that is meant to be within a rate comes out larger by less than a step of the signal.
+constexpr double kLessThanAStep = 1.0 - 1e-3;
 
 simulation::FrameVerdict VerdictOf(can::E2eVerdict verdict) noexcept {
   switch (verdict) {
@@ -24,6 +25,18 @@ simulation::FrameVerdict VerdictOf(can::E2eVerdict verdict) noexcept {
       return simulation::FrameVerdict::kJumped;
     default:
       return simulation::FrameVerdict::kValid;
+  }
+}
+
+/// Of a frame without P1.
+simulation::FrameVerdict VerdictOf(signal_map::CommandRejection why) noexcept {
+  switch (why) {
+    case signal_map::CommandRejection::kNotAvailable:
+      return simulation::FrameVerdict::kNotAvailable;
+    case signal_map::CommandRejection::kErrorIndicator:
+      return simulation::FrameVerdict::kErrorIndicator;
+    default:
+      return simulation::FrameVerdict::kOutOfRange;
   }
 }
 
@@ -45,11 +58,10 @@ simulation::FrameVerdict CommandGuard::Judge(const can::Frame& frame,
   }
   if (verdict == simulation::FrameVerdict::kValid && demand) TakeCondition(*demand, time);
   if (verdict == simulation::FrameVerdict::kValid)
-    verdict =
-        demand && demand->p1_psi ? JudgeValue(*demand->p1_psi, time) : simulation::FrameVerdict::kOutOfRange;
+    verdict = demand && demand->p1_psi ? JudgeValue(*demand, time) : VerdictOf(why);
   ++newest_.counts.Of(verdict);
   if (verdict == simulation::FrameVerdict::kValid) {
-    Follow(*demand->p1_psi, time);
+    Follow(WithinLimits(*demand->p1_psi), time);
   } else {
     newest_.good_in_a_row = 0;
   }
@@ -77,16 +89,25 @@ simulation::FrameVerdict CommandGuard::JudgeSequence(const can::Frame& frame) no
   return VerdictOf(verdict);
 }
 
-simulation::FrameVerdict CommandGuard::JudgeValue(double p1_psi, const FrameTime& time) const noexcept {
-  if (!(p1_psi >= settings_.p1_minimum_psi && p1_psi <= settings_.p1_maximum_psi))
+// What a frame can say of a limit is the value next to it: beyond it by less than its resolution, it is the
+// limit.
+simulation::FrameVerdict CommandGuard::JudgeValue(const signal_map::Demand& demand,
+                                                  const FrameTime& time) const noexcept {
+  const double p1_psi = WithinLimits(*demand.p1_psi);
+  if (!(std::fabs(*demand.p1_psi - p1_psi) <= demand.p1_rounding_psi))
     return simulation::FrameVerdict::kOutOfRange;
   if (settings_.p1_rate_psi_s > 0.0 && newest_.counts.Valid() > 0) {
     const double elapsed_s = std::max(
         cycle_s_, static_cast<double>(time.time_ns - newest_time_ns_) / static_cast<double>(base::kNsPerS));
-    if (std::fabs(p1_psi - newest_.p1_psi) > settings_.p1_rate_psi_s * elapsed_s * kRounding)
-      return simulation::FrameVerdict::kTooFast;
+    const double allowed_psi =
+        settings_.p1_rate_psi_s * elapsed_s * kRounding + 2.0 * demand.p1_rounding_psi * kLessThanAStep;
+    if (std::fabs(p1_psi - newest_.p1_psi) > allowed_psi) return simulation::FrameVerdict::kTooFast;
   }
   return simulation::FrameVerdict::kValid;
+}
+
+double CommandGuard::WithinLimits(double p1_psi) const noexcept {
+  return std::clamp(p1_psi, settings_.p1_minimum_psi, settings_.p1_maximum_psi);
 }
 
 void CommandGuard::Follow(double p1_psi, const FrameTime& time) noexcept {

@@ -43,8 +43,9 @@ class CommandGuard {
 
  private:
   simulation::FrameVerdict JudgeSequence(const can::Frame& frame) noexcept;
-  simulation::FrameVerdict JudgeValue(double p1_psi, const FrameTime& time) const noexcept;
+  simulation::FrameVerdict JudgeValue(const signal_map::Demand& demand, const FrameTime& time) const noexcept;
   bool IsStale(const FrameTime& time) const noexcept;
+  double WithinLimits(double p1_psi) const noexcept;
   void Follow(double p1_psi, const FrameTime& time) noexcept;
 
   const configuration::SafetySettings settings_;

@@ -92,31 +92,29 @@ void FaultPort::Set(const Asked& asked, const fault::Spec& spec, std::uint8_t fi
   if (!set_[spec.id]) set_[spec.id] = PresetOf(spec);
   fault::Injection& injection = *set_[spec.id];
   const auto set = [&](double minimum, double maximum, const auto& assign) noexcept {
-    const bool fits = value >= minimum && value <= maximum;  // what is not a number does not
-    if (fits) assign();
+    const double within = std::clamp(value, minimum, maximum);
+    const bool fits = std::fabs(value - within) <= can::RoundingOf(*in_.value, within);  // NaN does not
+    if (fits) assign(within);
     Reply(asked, fits ? FaultResult::kSet : FaultResult::kRejected,
           fits ? FaultReason::kNone : FaultReason::kOutOfRange);
   };
   if (field < spec.parameters.size() && spec.parameters[field].name != nullptr) {
     const fault::ParameterSpec& p = spec.parameters[field];
-    // A 32-bit float next to a limit is meant as the limit.
-    set(static_cast<double>(static_cast<float>(p.minimum)),
-        static_cast<double>(static_cast<float>(p.maximum)),
-        [&] { injection.values[field] = std::clamp(value, p.minimum, p.maximum); });
+    set(p.minimum, p.maximum, [&](double within) { injection.values[field] = within; });
     return;
   }
   switch (static_cast<FaultField>(field)) {
     case FaultField::kRampS:
       set(0.0, kMostSeconds,
-          [&] { injection.ramp_ticks = injection.ramp_out_ticks = model::TicksOf(value); });
+          [&](double within) { injection.ramp_ticks = injection.ramp_out_ticks = model::TicksOf(within); });
       return;
     case FaultField::kForS:
-      set(0.0, kMostSeconds, [&] {
-        injection.for_ticks = value == 0.0 ? 0 : std::max<std::uint64_t>(1, model::TicksOf(value));
+      set(0.0, kMostSeconds, [&](double within) {
+        injection.for_ticks = within == 0.0 ? 0 : std::max<std::uint64_t>(1, model::TicksOf(within));
       });
       return;
     case FaultField::kSeed:
-      set(0.0, kMostSeed, [&] { injection.seed = static_cast<std::uint64_t>(value); });
+      set(0.0, kMostSeed, [&](double within) { injection.seed = static_cast<std::uint64_t>(within); });
       return;
     default:
       Reply(asked, FaultResult::kRejected, FaultReason::kUnknownField);

@@ -84,8 +84,8 @@ bool Receiver::IsOurs(const can::Frame& frame) const noexcept {
 /// A frame of the message with P1; a multiplexed one may have other signals.
 void Receiver::TakeCommand(const can::Frame& frame, const std::optional<signal_map::Demand>& demand,
                            signal_map::CommandRejection why) noexcept {
-  const bool has_p1 = why == signal_map::CommandRejection::kMalformed ||
-                      why == signal_map::CommandRejection::kOutOfRange || (demand && demand->p1_psi);
+  using Why = signal_map::CommandRejection;
+  const bool has_p1 = (why != Why::kNone && why != Why::kUnknownId) || (demand && demand->p1_psi);
   if (!has_p1) {
     TakeCondition(frame, demand, why);
     return;

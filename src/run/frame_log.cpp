@@ -22,6 +22,9 @@ const char* Advice(const simulation::FrameCounts& counts) {
       return "; is the message as long as the DBC says?";
     case V::kOutOfRange:
       return "; is P1 within the DBC's range and safety.p1_minimum_psi to safety.p1_maximum_psi?";
+    case V::kNotAvailable:
+    case V::kErrorIndicator:
+      return "; the governor has no P1 to send: values that SAE J1939-71 sets aside";
     case V::kTooFast:
       return "; does safety.p1_rate_psi_s fit?";
     case V::kCorrupted:

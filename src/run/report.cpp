@@ -62,8 +62,8 @@ std::string SafetySummary(const emulator::ReceiveCounters& in, const simulation:
   std::string text = base::Formatted(
       "safety   %s (%s), %llu times lost, %llu trips; refused:", simulation::NameOf(end.safety),
       simulation::NameOf(end.safety_cause), Count{end.losses}, Count{end.trips});
-  for (const V verdict :
-       {V::kCorrupted, V::kRepeated, V::kStuck, V::kReordered, V::kJumped, V::kStale, V::kTooFast})
+  for (const V verdict : {V::kCorrupted, V::kRepeated, V::kStuck, V::kReordered, V::kJumped, V::kStale,
+                          V::kTooFast, V::kNotAvailable, V::kErrorIndicator})
     text += base::Formatted(" %llu %s,", Count{in.Of(verdict)}, simulation::NameOf(verdict));
   return text + base::Formatted(" %llu never came\n", Count{in.lost.load()});
 }

@@ -78,8 +78,8 @@ class CommandBinder {
     const std::string place = Place(configuration_, key, text);
     const Reference reference = ParseReference(text, place);
     const FoundSignal found = FindSignal(databases_, reference, place);
-    Condition condition{found.signal, std::nullopt};
-    if (!reference.value.empty()) condition.value = RawValueOf(found, reference.value, place);
+    Condition condition{found.signal, {}};
+    if (!reference.value.empty()) condition.values = RawValuesOf(found, reference.value, place);
     MessageOf(found, place).*member = condition;
   }
 

@@ -11,6 +11,7 @@
 #include "base/nearest_name.hpp"
 #include "base/readable.hpp"
 #include "can/dbc/codec.hpp"
+#include "can/dbc/j1939.hpp"
 #include "model/ticks.hpp"
 #include "signal_map/binding.hpp"
 
@@ -19,21 +20,37 @@ namespace {
 
 using Data = std::span<const std::uint8_t>;
 
-std::optional<bool> Read(const std::optional<Condition>& condition, const can::Message& message, Data data) {
-  if (!condition || !can::Carries(message, *condition->signal, data)) return std::nullopt;
+/// @param without_value  what holds where J1939 says that there is no value
+std::optional<bool> Read(const std::optional<Condition>& condition, const ReceivedMessage& incoming,
+                         Data data, std::optional<bool> without_value) {
+  if (!condition || !can::Carries(*incoming.message, *condition->signal, data)) return std::nullopt;
   const std::int64_t raw = can::ExtractRaw(*condition->signal, data);
-  return condition->value ? raw == *condition->value : raw != 0;
+  const auto& values = condition->values;
+  const bool named = std::find(values.begin(), values.end(), raw) != values.end();
+  if (named) return true;  // an indicator, too, where the configuration names it
+  if (incoming.IsJ1939() && can::J1939ValueOf(*condition->signal, raw) != can::J1939Value::kValid)
+    return without_value;
+  return values.empty() && raw != 0;
 }
 
-/// P1 in psi. @return nothing: outside the signal's stated range, or not a number
-std::optional<double> ReadP1(const ReceivedMessage& incoming, Data data) {
+/// Reads P1 in psi into `demand`. @return why there is none
+CommandRejection ReadP1(const ReceivedMessage& incoming, Data data, Demand& demand) {
   const can::Signal& signal = *incoming.p1;
+  const std::int64_t raw = can::ExtractRaw(signal, data);
+  if (incoming.IsJ1939()) {
+    const can::J1939Value meaning = can::J1939ValueOf(signal, raw);
+    if (meaning == can::J1939Value::kNotAvailable) return CommandRejection::kNotAvailable;
+    if (meaning == can::J1939Value::kError) return CommandRejection::kErrorIndicator;
+    if (meaning == can::J1939Value::kReserved) return CommandRejection::kOutOfRange;
+  }
   const double value = can::Decode(signal, data);
-  const bool range_stated = signal.minimum < signal.maximum;
-  const bool outside = range_stated && (value < signal.minimum || value > signal.maximum);
   const double p1_psi = incoming.p1_to_psi(value);
-  if (outside || !std::isfinite(p1_psi)) return std::nullopt;
-  return p1_psi;
+  if (!can::IsInStatedRange(signal, raw) || !std::isfinite(p1_psi)) return CommandRejection::kOutOfRange;
+  demand.p1_psi = p1_psi;
+  const Linear& line = incoming.p1_to_psi;
+  demand.p1_rounding_psi = std::fabs(line.factor) * can::RoundingOf(signal, value) +
+                           (std::fabs(p1_psi) + 2.0 * std::fabs(line.offset)) * 0x1p-51;
+  return CommandRejection::kNone;
 }
 
 /// What may have been meant: "; there is governor.dbc", or a few that there are.
@@ -113,14 +130,14 @@ std::optional<Demand> Contract::Decode(const can::Frame& frame, CommandRejection
   }
   const Data data(frame.data.data(), frame.size);
   Demand demand;
-  demand.enabled = Read(incoming->enable, *incoming->message, data);
-  demand.trip = Read(incoming->trip, *incoming->message, data);
+  // Without a value nothing is enabled, and nothing is tripped that was not.
+  demand.enabled = Read(incoming->enable, *incoming, data, false);
+  demand.trip = Read(incoming->trip, *incoming, data, std::nullopt);
   const bool has_p1 = incoming->p1 != nullptr && can::Carries(*incoming->message, *incoming->p1, data);
-  if (has_p1) demand.p1_psi = ReadP1(*incoming, data);
-  if (has_p1 && !demand.p1_psi) rejection = CommandRejection::kOutOfRange;
+  if (has_p1) rejection = ReadP1(*incoming, data, demand);
   // A wrong P1 takes nothing from a trip in the same frame.
   if (!demand.p1_psi && !demand.enabled && !demand.trip) return std::nullopt;
-  if (!has_p1 || demand.p1_psi) rejection = CommandRejection::kNone;
+  if (!has_p1) rejection = CommandRejection::kNone;
   return demand;
 }
 

@@ -26,14 +26,17 @@ namespace servohil::signal_map {
 /// Why a frame says nothing.
 enum class CommandRejection : std::uint8_t {
   kNone,
-  kUnknownId,   ///< somebody else's frame, or a multiplexed one with other signals: counted, never an error
-  kMalformed,   ///< ours, but too short or a remote frame
-  kOutOfRange,  ///< P1 outside the DBC's range, or not a number
+  kUnknownId,     ///< somebody else's frame, or a multiplexed one with other signals: counted, never an error
+  kMalformed,     ///< ours, but too short or a remote frame
+  kOutOfRange,    ///< P1 outside the DBC's range, not a number, or a value that J1939 reserves
+  kNotAvailable,  ///< P1 is "not available" by J1939
+  kErrorIndicator,  ///< P1 is the error indicator of J1939
 };
 
 /// What one frame of the governor says; empty: it does not carry that.
 struct Demand {
   std::optional<double> p1_psi;
+  double p1_rounding_psi = 0.0;  ///< how far P1 may be from what was meant: the frame's resolution
   std::optional<bool> enabled;
   std::optional<bool> trip;
 };
@@ -44,7 +47,7 @@ void Merge(const Demand& demand, simulation::Command& command) noexcept;
 /// A signal that is true or false.
 struct Condition {
   const can::Signal* signal = nullptr;
-  std::optional<std::int64_t> value;  ///< raw value for true; nothing: any but 0
+  std::vector<std::int64_t> values;  ///< raw values for true; none: any but 0
 };
 
 /// A message of the governor's that the emulator reads.
@@ -59,6 +62,9 @@ struct ReceivedMessage {
   std::optional<Condition> enable;
   std::optional<Condition> trip;
   std::optional<can::E2eLayout> protection;
+
+  /// Raw values have the meaning that J1939 gives them.
+  bool IsJ1939() const noexcept { return message->j1939 || pattern.pgn; }
 };
 
 /// A signal that carries a quantity.

@@ -56,7 +56,10 @@ void AddCondition(Json& signals, const std::optional<Condition>& condition, cons
   if (!condition) return;
   Json json = SignalToJson(*condition->signal);
   json["carries"] = role;
-  json["raw"] = condition->value ? Json(*condition->value) : Json();  // null: any but 0
+  const auto& values = condition->values;
+  json["raw"] = values.size() > 1 ? Json(values)
+                : values.empty()  ? Json()
+                                  : Json(values.front());  // null: any but 0
   signals.push_back(std::move(json));
 }
 
@@ -117,6 +120,8 @@ void AddDemand(Json& json, const ReceivedMessage& incoming, const Contract& cont
     return;
   }
   if (why == CommandRejection::kOutOfRange) json["refused"] = "out_of_range";
+  if (why == CommandRejection::kNotAvailable) json["refused"] = "not_available";
+  if (why == CommandRejection::kErrorIndicator) json["refused"] = "error_indicator";
   if (!demand) return;
   if (demand->p1_psi) json["p1_psi"] = *demand->p1_psi;
   if (demand->enabled) json["enabled"] = *demand->enabled;

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <vector>
 
 #include "base/error.hpp"
 #include "base/nearest_name.hpp"
@@ -53,25 +55,56 @@ FoundSignal FindSignal(const can::Databases& databases, const Reference& referen
   }
 }
 
-std::int64_t RawValueOf(const FoundSignal& found, const std::string& value, const std::string& place) {
-  std::int64_t raw = 0;
-  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), raw);
-  if (error == std::errc{} && end == value.data() + value.size()) {
-    std::array<std::uint8_t, 64> data{};
-    can::InsertRaw(*found.signal, raw, data);
-    if (can::ExtractRaw(*found.signal, data) == raw) return raw;
+namespace {
+
+/// Another name of the same bits; empty: there is none.
+std::string OtherNameOf(const can::Signal& signal, std::int64_t raw, const std::string& name) {
+  for (const auto& [number, other] : signal.value_names) {
+    if (other != name && can::RawInField(signal, number) == raw) return other;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<std::int64_t> RawValuesOf(const FoundSignal& found, const std::string& value,
+                                      const std::string& place) {
+  const can::Signal& signal = *found.signal;
+  const auto never = [&](const std::string& what) {
     throw base::UsageError(place + found.Place() + found.Name() + " has " +
-                           std::to_string(found.signal->length_bits) + " bits and is never " + value);
+                           std::to_string(signal.length_bits) + " bits and is never " + what);
+  };
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  if (error == std::errc{} && end == value.data() + value.size()) {
+    const std::optional<std::int64_t> raw = can::RawInField(signal, number);
+    if (!raw) never(value);
+    return {*raw};
   }
   std::vector<std::string> names;
-  for (const auto& [number, name] : found.signal->value_names) {
-    if (name == value) return number;
+  std::vector<std::int64_t> numbers;
+  for (const auto& [of_name, name] : signal.value_names) {
+    if (name == value) numbers.push_back(of_name);
     names.push_back(name);
   }
-  const std::string nearest = base::NearestName(value, names);
-  throw base::UsageError(
-      place + found.Place() + found.Name() + " has no value \"" + value + "\" in its VAL_" +
-      (nearest.empty() ? "; a raw number will do" : "; the nearest is \"" + nearest + "\""));
+  if (numbers.empty()) {
+    const std::string nearest = base::NearestName(value, names);
+    throw base::UsageError(
+        place + found.Place() + found.Name() + " has no value \"" + value + "\" in its VAL_" +
+        (nearest.empty() ? "; a raw number will do" : "; the nearest is \"" + nearest + "\""));
+  }
+  std::vector<std::int64_t> raws;
+  for (const std::int64_t one : numbers) {
+    const std::optional<std::int64_t> raw = can::RawInField(signal, one);
+    if (!raw) continue;
+    if (const std::string other = OtherNameOf(signal, *raw, value); !other.empty()) {
+      throw base::UsageError(place + found.Place() + found.Name() + ": \"" + value + "\" and \"" + other +
+                             "\" are the same bits (" + std::to_string(*raw) + "); a raw number will do");
+    }
+    if (std::find(raws.begin(), raws.end(), *raw) == raws.end()) raws.push_back(*raw);
+  }
+  if (raws.empty()) never("\"" + value + "\" (" + std::to_string(numbers.front()) + ")");
+  return raws;
 }
 
 Linear ConversionOf(const FoundSignal& found, const std::string& unit, const std::string& quantity_unit,

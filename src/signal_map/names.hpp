@@ -32,7 +32,11 @@ Reference ParseReference(const std::string& text, const std::string& place);
 FoundSignal FindSignal(const can::Databases& databases, const Reference& reference, const std::string& place);
 can::Databases::Found FindMessage(const can::Databases& databases, const std::string& name,
                                   const std::string& place);
-std::int64_t RawValueOf(const FoundSignal& found, const std::string& value, const std::string& place);
+/// Returns every raw value that `value` stands for, a number or a name in VAL_, as ExtractRaw() gives it:
+/// modulo the width of the field, so that 1 in a signed field of one bit is -1. At least one.
+/// @throws UsageError where no such value can be in the field, and where two names are the same bits
+std::vector<std::int64_t> RawValuesOf(const FoundSignal& found, const std::string& value,
+                                      const std::string& place);
 
 /// From a value in `from` (the signal's unit, or the quantity's) to one in `to`. `unit`, where it is not
 /// empty, takes the place of the signal's own.

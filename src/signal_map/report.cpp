@@ -34,8 +34,8 @@ std::string ValueText(const can::Signal& signal, std::span<const std::uint8_t> d
                      : signal.is_signed ? std::to_string(raw)
                                         : std::to_string(static_cast<std::uint64_t>(raw));
   text = WithUnit(text, signal.unit);
-  const auto name = signal.value_names.find(raw);
-  return name == signal.value_names.end() ? text : text + " \"" + name->second + "\"";
+  const std::string name = can::NameOfRaw(signal, raw);
+  return name.empty() ? text : text + " \"" + name + "\"";
 }
 
 std::string PlaceText(const can::Signal& signal) {
@@ -64,10 +64,14 @@ std::string SignalLine(const can::Signal& signal, std::string meaning) {
 }
 
 std::string ConditionText(const Condition& condition, const char* what) {
-  if (!condition.value) return std::string(what) + " unless 0";
-  const auto name = condition.signal->value_names.find(*condition.value);
-  return std::string(what) + " while " + std::to_string(*condition.value) +
-         (name == condition.signal->value_names.end() ? "" : " \"" + name->second + "\"");
+  if (condition.values.empty()) return std::string(what) + " unless 0";
+  std::string text;
+  for (const std::int64_t value : condition.values) {
+    const std::string name = can::NameOfRaw(*condition.signal, value);
+    text += (text.empty() ? " while " : " or ") + std::to_string(value) +
+            (name.empty() ? "" : " \"" + name + "\"");
+  }
+  return what + text;
 }
 
 std::string MessageLine(const can::Database& database, const can::Message& message,
@@ -132,6 +136,8 @@ std::string CommandMeaning(const Contract& contract, const can::Frame& frame) {
   if (why != CommandRejection::kMalformed && !IsIntact(contract.FindIncoming(frame)->protection, frame))
     return "wrong counter or checksum: not a command";
   if (why == CommandRejection::kOutOfRange) add("P1 out of range: not a command");
+  if (why == CommandRejection::kNotAvailable) add("P1 not available (J1939): not a command");
+  if (why == CommandRejection::kErrorIndicator) add("P1 error indicator (J1939): not a command");
   if (why == CommandRejection::kMalformed) add("too short: not a command");
   if (!demand) return text;
   if (demand->p1_psi) add(base::Formatted("P1 %.6g psi", *demand->p1_psi));

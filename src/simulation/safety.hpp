@@ -59,11 +59,13 @@ enum class FrameVerdict : std::uint8_t {
   kRepeated,
   kStuck,
   kReordered,
-  kJumped,  ///< more were lost before it than are tolerated
+  kJumped,          ///< more were lost before it than are tolerated
+  kNotAvailable,    ///< P1 is "not available" by J1939
+  kErrorIndicator,  ///< P1 is the error indicator of J1939
 };
-inline constexpr const char* kFrameVerdictNames[] = {"commands",  "malformed", "out_of_range", "too_fast",
-                                                     "stale",     "corrupted", "repeated",     "stuck",
-                                                     "reordered", "jumped"};
+inline constexpr const char* kFrameVerdictNames[] = {
+    "commands", "malformed", "out_of_range", "too_fast", "stale",         "corrupted",
+    "repeated", "stuck",     "reordered",    "jumped",   "not_available", "error_indicator"};
 inline constexpr std::size_t kFrameVerdicts = std::size(kFrameVerdictNames);
 
 inline const char* NameOf(FrameVerdict verdict) noexcept {

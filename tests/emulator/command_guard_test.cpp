@@ -88,6 +88,27 @@ TEST(CommandGuard, AChangeFasterThanTheRateIsNotValidOverAtLeastACycle) {
   EXPECT_EQ(bench.Count(V::kTooFast), 2U);
 }
 
+// 300 psi in kPa as a 32-bit float is 300.00001 psi: the limit, not beyond it.
+TEST(CommandGuard, ALimitIsReachedWithinTheFramesResolution) {
+  configuration::SafetySettings settings;
+  settings.p1_minimum_psi = 5.0;
+  settings.p1_maximum_psi = 300.0;
+  Bench bench(settings);
+  const auto judge = [&](double p1_psi, double rounding_psi) {
+    signal_map::Demand demand;
+    demand.p1_psi = p1_psi;
+    demand.p1_rounding_psi = rounding_psi;
+    return bench.Guard().Judge(bench.FrameOf(0.0), demand, signal_map::CommandRejection::kNone, {});
+  };
+  EXPECT_EQ(judge(300.00001, 2e-5), V::kValid);
+  EXPECT_EQ(bench.Newest().p1_psi, 300.0);
+  EXPECT_EQ(judge(4.99999, 2e-5), V::kValid);
+  EXPECT_EQ(bench.Newest().p1_psi, 5.0);
+  EXPECT_EQ(judge(300.00003, 2e-5), V::kOutOfRange);
+  EXPECT_EQ(judge(300.00001, 0.0), V::kOutOfRange);
+  EXPECT_EQ(judge(4.99997, 2e-5), V::kOutOfRange);
+}
+
 TEST(CommandGuard, AFrameOlderThanTwentyMillisecondsIsDiscarded) {
   Bench bench;
   EXPECT_EQ(bench.Take(30.0, 0, 20), V::kValid);

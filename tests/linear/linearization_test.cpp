@@ -163,7 +163,8 @@ TEST(Linearize, IsExactWhereALawIsSmoothOnlyOnce) {
   const model::SteadyState rest = model::SteadyStateAt(d, 4.0);
   const Linearization linear = Linearize(d, rest);
   EXPECT_LT(linear.relative_error, 1e-6);
-  const double per_flow = -linear.system.A(model::kP3, model::kV3) / d.A3;  // psi/s of P3 per in³/s out of its chamber
+  const double per_flow =
+      -linear.system.A(model::kP3, model::kV3) / d.A3;  // psi/s of P3 per in³/s out of its chamber
   EXPECT_NEAR(linear.system.A(model::kP3, model::kP8) / per_flow * d.R7, 1.0, 1e-6);
 }
 

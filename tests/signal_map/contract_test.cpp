@@ -194,6 +194,116 @@ TEST(Contract, ATripCountsBesideAP1ThatDoesNot) {
   EXPECT_EQ(demand->trip, true);
 }
 
+// 41 x 0.1 is 4.1000000000000005 in doubles: the valve closed at full demand.
+TEST(Contract, P1AtTheEndsOfItsStatedRangeCounts) {
+  CommandRejection why{};
+  const Contract contract = ContractFiles("[can.command]\np1 = \"GOV.P1\"\n" + testing::kNothingPublished,
+                                          {"BO_ 1 GOV: 2 X\n SG_ P1 : 0|16@1+ (0.1,0) [0|4.1] \"bar\" X\n"})
+                                .Bind();
+  EXPECT_TRUE(contract.Decode(FrameOf(1, false, {41, 0}), why));
+  EXPECT_TRUE(contract.Decode(FrameOf(1, false, {0, 0}), why));
+  EXPECT_FALSE(contract.Decode(FrameOf(1, false, {42, 0}), why));
+  EXPECT_EQ(why, CommandRejection::kOutOfRange);
+}
+
+TEST(Contract, P1TellsHowFarItMayBeFromWhatWasMeant) {
+  CommandRejection why{};
+  const Contract contract =
+      ContractFiles("[can.command]\np1 = \"GOV.P1\"\nscale = [[10.0, 0.0], [100.0, 300.0]]\n" +
+                        testing::kNothingPublished,
+                    {"BO_ 1 GOV: 2 X\n SG_ P1 : 0|16@1+ (0.5,0) [0|100] \"%\" X\n"})
+          .Bind();
+  const auto full = contract.Decode(FrameOf(1, false, {200, 0}), why);
+  ASSERT_TRUE(full && full->p1_psi);
+  EXPECT_NEAR(full->p1_rounding_psi, 0.25 * 300.0 / 90.0, 1e-12);  // half of 0.5 %
+  EXPECT_NEAR(*full->p1_psi, 300.0, 1e-12);
+}
+
+Contract WithTrip(const std::string& trip, const std::string& values) {
+  return ContractFiles(
+             "[can.command]\np1 = \"GOV.P1\"\ntrip = \"" + trip + "\"\n" + testing::kNothingPublished,
+             {"BO_ 1 GOV: 4 X\n SG_ P1 : 0|16@1+ (0.01,0) [0|500] \"psi\" X\n SG_ Trip : 16|1@1- (1,0) [0|1] "
+              "\"\" X\n SG_ State : 17|4@1+ (1,0) [0|15] \"\" X\n" +
+              values})
+      .Bind();
+}
+
+bool Trips(const Contract& contract, std::uint8_t byte) {
+  CommandRejection why{};
+  return contract.Decode(FrameOf(1, false, {0, 0, byte, 0}), why)->trip.value();
+}
+
+TEST(Contract, ANamedTripIsComparedByItsBits) {
+  const Contract one_bit = WithTrip("GOV.Trip = tripped", "VAL_ 1 Trip 0 \"normal\" 1 \"tripped\" ;\n");
+  EXPECT_TRUE(Trips(one_bit, 0b1));
+  EXPECT_FALSE(Trips(one_bit, 0b0));
+  const Contract by_number = WithTrip("GOV.Trip = 1", "");
+  EXPECT_TRUE(Trips(by_number, 0b1));
+  EXPECT_FALSE(Trips(by_number, 0b0));
+}
+
+TEST(Contract, ANameOfSeveralValuesIsAnyOfThem) {
+  const Contract contract =
+      WithTrip("GOV.State = tripped", "VAL_ 1 State 0 \"run\" 2 \"tripped\" 3 \"tripped\" ;\n");
+  EXPECT_TRUE(Trips(contract, 2 << 1));
+  EXPECT_TRUE(Trips(contract, 3 << 1));
+  EXPECT_FALSE(Trips(contract, 0));
+  EXPECT_FALSE(Trips(contract, 1 << 1));
+}
+
+TEST(Contract, ANameThatNeverMatchesOrIsAmbiguousIsRefused) {
+  const auto error = [](const std::string& trip, const std::string& values) -> std::string {
+    try {
+      WithTrip(trip, values);
+    } catch (const base::UsageError& refused) {
+      return refused.what();
+    }
+    return "accepted";
+  };
+  EXPECT_NE(error("GOV.State = tripped", "VAL_ 1 State 0 \"run\" 16 \"tripped\" ;\n")
+                .find("has 4 bits and is never \"tripped\" (16)"),
+            std::string::npos);
+  EXPECT_NE(error("GOV.Trip = tripped", "VAL_ 1 Trip 1 \"tripped\" -1 \"normal\" ;\n")
+                .find("\"tripped\" and \"normal\" are the same bits (-1); a raw number will do"),
+            std::string::npos);
+}
+
+// FF opened the valve, enable 3 was enabled.
+TEST(Contract, WhatJ1939CallsNotAvailableIsNoValue) {
+  const std::string dbc =
+      "BO_ 2364540158 VP: 8 GOV\n SG_ P1 : 16|8@1+ (4,0) [0|0] \"kPa\" VDU\n SG_ Enable : 24|2@1+ (1,0) "
+      "[0|3] \"\" "
+      "VDU\n SG_ Trip : 26|2@1+ (1,0) [0|3] \"\" VDU\nBA_DEF_ BO_ \"VFrameFormat\" ENUM "
+      "\"StandardCAN\",\"ExtendedCAN\",\"reserved\",\"J1939PG\";\nBA_ \"VFrameFormat\" BO_ 2364540158 3;\n";
+  const auto bind = [&](const std::string& keys) {
+    return ContractFiles("[can.command]\np1 = \"VP.P1\"\nenable = \"VP.Enable\"\ntrip = \"VP.Trip\"\n" +
+                             keys + testing::kNothingPublished,
+                         {dbc})
+        .Bind();
+  };
+  const Contract contract = bind("");
+  CommandRejection why{};
+  const auto decode = [&](std::uint8_t p1, std::uint8_t conditions) {
+    return contract.Decode(FrameOf(0x0CF0'04FE, true, {0xFF, 0xFF, p1, conditions, 0xFF, 0xFF, 0xFF, 0xFF}),
+                           why);
+  };
+  const auto good = decode(0x34, 0b0001);
+  EXPECT_EQ(why, CommandRejection::kNone);
+  EXPECT_TRUE(*good->enabled);
+  EXPECT_FALSE(*good->trip);
+  const auto none = decode(0xFF, 0b1111);
+  EXPECT_EQ(why, CommandRejection::kNotAvailable);
+  EXPECT_FALSE(none->p1_psi);
+  EXPECT_EQ(none->enabled, false);
+  EXPECT_FALSE(none->trip) << "says nothing of a trip";
+  EXPECT_FALSE(decode(0xFE, 0b1010)->p1_psi);
+  EXPECT_EQ(why, CommandRejection::kErrorIndicator);
+  EXPECT_FALSE(decode(0xFB, 0b0001)->p1_psi);
+  EXPECT_EQ(why, CommandRejection::kOutOfRange);
+  EXPECT_TRUE(decode(0xFA, 0b0001)->p1_psi);
+  EXPECT_TRUE(*decode(0x34, 0b0101)->trip);
+}
+
 TEST(Contract, AMultiplexedP1CountsWhileItIsThere) {
   const Contract contract =
       ContractFiles("[can.command]\np1 = \"GOV.P1\"\n" + testing::kNothingPublished,

@@ -1,6 +1,7 @@
 #include "can/dbc/codec.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -126,6 +127,25 @@ void InsertRaw(const Signal& signal, std::int64_t raw, std::span<std::uint8_t> d
   });
 }
 
+std::optional<std::int64_t> RawInField(const Signal& signal, std::int64_t number) noexcept {
+  if (signal.length_bits == 64) return number;
+  std::array<std::uint8_t, 64> data{};
+  InsertRaw(signal, number, data);
+  const std::int64_t raw = ExtractRaw(signal, data);
+  const std::int64_t values = std::int64_t{1} << static_cast<unsigned>(signal.length_bits);
+  const bool fits = number >= -values / 2 && number < values;
+  return fits && (raw - number) % values == 0 ? std::optional(raw) : std::nullopt;
+}
+
+std::string NameOfRaw(const Signal& signal, std::int64_t raw) {
+  if (const auto found = signal.value_names.find(raw); found != signal.value_names.end())
+    return found->second;
+  for (const auto& [number, name] : signal.value_names) {
+    if (RawInField(signal, number) == raw) return name;
+  }
+  return {};
+}
+
 bool Carries(const Message& message, const Signal& signal, std::span<const std::uint8_t> data) noexcept {
   if (signal.multiplexing == Multiplexing::kAlways || signal.multiplexing == Multiplexing::kSelector)
     return true;
@@ -135,6 +155,32 @@ bool Carries(const Message& message, const Signal& signal, std::span<const std::
 
 double Decode(const Signal& signal, std::span<const std::uint8_t> data) noexcept {
   return RawNumber(signal, ExtractRaw(signal, data)) * signal.factor + signal.offset;
+}
+
+bool IsInStatedRange(const Signal& signal, std::int64_t raw) noexcept {
+  if (!(signal.minimum < signal.maximum)) return true;
+  const double number = RawNumber(signal, raw);
+  if (signal.type == ValueType::kInteger) {
+    const RawLimits limits = StatedRange(signal);
+    return number >= limits.low && number <= limits.high;
+  }
+  const double value = number * signal.factor + signal.offset;
+  return value >= signal.minimum - RoundingOf(signal, signal.minimum) &&
+         value <= signal.maximum + RoundingOf(signal, signal.maximum);
+}
+
+double RoundingOf(const Signal& signal, double physical) noexcept {
+  const double decoding = (std::fabs(physical) + 2.0 * std::fabs(signal.offset)) * 0x1p-51;
+  const double scaled = std::fabs(physical - signal.offset);
+  switch (signal.type) {
+    case ValueType::kFloat32:
+      return scaled * 0x1p-24 + decoding;
+    case ValueType::kFloat64:
+      return scaled * 0x1p-53 + decoding;
+    case ValueType::kInteger:
+      break;
+  }
+  return 0.5 * std::fabs(signal.factor) + decoding;
 }
 
 bool IsExact(const Signal& signal, std::int64_t raw) noexcept {

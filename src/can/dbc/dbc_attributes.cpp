@@ -58,15 +58,17 @@ void DbcAttributes::Set(Statement statement) {
 std::string DbcAttributes::ValueOf(const std::string& attribute, std::uint32_t raw_id,
                                    const std::string& signal) const {
   const auto enumeration = enumerations_.find(attribute);
-  if (const auto set = values_.find({attribute, raw_id, signal}); set != values_.end()) {
-    if (enumeration == enumerations_.end()) return set->second;
-    // Enumerated values are written as index, by some tools as name.
-    const double index = NumberIn(set->second).value_or(-1.0);
-    const bool is_index = index >= 0.0 && index < static_cast<double>(enumeration->second.size());
-    return is_index ? enumeration->second[static_cast<std::size_t>(index)] : set->second;
-  }
+  const auto set = values_.find({attribute, raw_id, signal});
   const auto otherwise = defaults_.find(attribute);
-  return otherwise == defaults_.end() ? std::string() : otherwise->second;
+  if (set == values_.end() && otherwise == defaults_.end()) return {};
+  const std::string& text = set != values_.end() ? set->second : otherwise->second;
+  if (enumeration == enumerations_.end()) return text;
+  // Enumerated values are written as index or as name, defaults as well.
+  const auto& names = enumeration->second;
+  if (std::find(names.begin(), names.end(), text) != names.end() && set == values_.end()) return text;
+  const double index = NumberIn(text).value_or(-1.0);
+  const bool is_index = index >= 0.0 && index < static_cast<double>(names.size());
+  return is_index ? names[static_cast<std::size_t>(index)] : text;
 }
 
 double DbcAttributes::NumberOf(const std::string& attribute, std::uint32_t raw_id,
@@ -74,8 +76,17 @@ double DbcAttributes::NumberOf(const std::string& attribute, std::uint32_t raw_i
   return NumberIn(ValueOf(attribute, raw_id, signal)).value_or(0.0);
 }
 
+std::string DbcAttributes::FrameFormatOf(std::uint32_t raw_id) const {
+  const std::string text = ValueOf("VFrameFormat", raw_id, "");
+  const std::optional<double> number = NumberIn(text);  // where the attribute is an INT: Vector's numbers
+  if (number == 3.0) return "J1939PG";
+  if (number == 14.0) return "StandardCAN_FD";
+  if (number == 15.0) return "ExtendedCAN_FD";
+  return text;
+}
+
 void DbcAttributes::Apply(std::uint32_t raw_id, Message& message) const {
-  const std::string format = ValueOf("VFrameFormat", raw_id, "");
+  const std::string format = FrameFormatOf(raw_id);
   message.fd =
       format == "StandardCAN_FD" || format == "ExtendedCAN_FD" || message.size_bytes > kClassicalBytes;
   message.j1939 = format == "J1939PG";

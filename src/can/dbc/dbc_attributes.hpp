@@ -31,6 +31,8 @@ class DbcAttributes {
  private:
   /// Value of an attribute: of the signal `signal`, or where that is empty of the message.
   std::string ValueOf(const std::string& attribute, std::uint32_t raw_id, const std::string& signal) const;
+  /// "J1939PG", "StandardCAN_FD", ...: whether VFrameFormat is an enumeration or a number.
+  std::string FrameFormatOf(std::uint32_t raw_id) const;
   double NumberOf(const std::string& attribute, std::uint32_t raw_id, const std::string& signal) const;
 
   std::map<std::string, std::vector<std::string>> enumerations_;

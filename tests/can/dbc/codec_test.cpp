@@ -3,11 +3,17 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <vector>
+
+#include "can/dbc/j1939.hpp"
 
 namespace servohil::can {
 namespace {
@@ -278,6 +284,86 @@ RC_GTEST_PROP(CodecProperty, EncodeErrsByAtMostHalfAStep, ()) {
   // At most 0.45 steps away; each of three roundings of up to 2^46 steps errs by at most 2^-7 steps.
   RC_ASSERT(inside);
   RC_ASSERT(error <= std::abs(signal.factor) * 0.5 + std::abs(physical) * 0x1p-50);
+}
+
+// What was meant is what encoding would write: the stated ends are inside for every factor and offset, one
+// step beyond them is outside.
+TEST(Codec, TheEndsOfAStatedRangeAreInside) {
+  for (const double factor : {0.1, 0.001, 0.03, 1.0 / 3.0, -0.1, 2.5, 1e-7}) {
+    for (const double offset : {0.0, -40.0, 12.107}) {
+      for (const int raw : {1, 41, 3, 1000, 65533}) {
+        Signal signal = Intel(0, 16);
+        signal.factor = factor;
+        signal.offset = offset;
+        std::array<char, 40> text{};
+        std::snprintf(text.data(), text.size(), "%.9g", raw * factor + offset);  // as a person writes it
+        const double end = std::strtod(text.data(), nullptr);
+        if (std::fabs(end - (raw * factor + offset)) > 1e-7 * std::fabs(factor))
+          continue;  // rounded by 9 digits
+        signal.minimum = std::min(offset, end);
+        signal.maximum = std::max(offset, end);
+        SCOPED_TRACE(testing::Message() << factor << " " << offset << " " << raw);
+        EXPECT_TRUE(IsInStatedRange(signal, raw));
+        EXPECT_TRUE(IsInStatedRange(signal, 0));
+        EXPECT_FALSE(IsInStatedRange(signal, raw + 1));
+      }
+    }
+  }
+}
+
+TEST(Codec, AFloatNextToAStatedEndIsTheEnd) {
+  Signal signal = Intel(0, 32);
+  signal.type = ValueType::kFloat32;
+  signal.minimum = 0.1;
+  signal.maximum = 4.1;
+  const auto bits = [](float value) { return std::int64_t{std::bit_cast<std::int32_t>(value)}; };
+  EXPECT_TRUE(IsInStatedRange(signal, bits(4.1F)));  // 4.099999904
+  EXPECT_TRUE(IsInStatedRange(signal, bits(0.1F)));  // 0.100000001
+  signal.maximum = 20.7;
+  EXPECT_TRUE(IsInStatedRange(signal, bits(20.7F)));  // 20.70000076
+  EXPECT_FALSE(IsInStatedRange(signal, bits(std::nextafter(std::nextafter(20.7F, 30.0F), 30.0F))));
+  EXPECT_FALSE(IsInStatedRange(signal, bits(std::numeric_limits<float>::quiet_NaN())));
+  EXPECT_FALSE(IsInStatedRange(signal, bits(std::numeric_limits<float>::infinity())));
+}
+
+TEST(Codec, ANumberIsFoundInAFieldByItsBits) {
+  EXPECT_EQ(RawInField(Intel(0, 1, true), 1), -1);
+  EXPECT_EQ(RawInField(Intel(0, 1, true), 0), 0);
+  EXPECT_EQ(RawInField(Intel(0, 1, true), 2), std::nullopt);
+  EXPECT_EQ(RawInField(Intel(0, 8), -1), 255);
+  EXPECT_EQ(RawInField(Intel(0, 8), -129), std::nullopt);
+  EXPECT_EQ(RawInField(Intel(0, 8), 256), std::nullopt);
+  EXPECT_EQ(RawInField(Intel(0, 8, true), 255), -1);
+  EXPECT_EQ(RawInField(Intel(0, 8, true), 127), 127);
+  EXPECT_EQ(RawInField(Motorola(7, 64, true), -7), -7);
+  Signal trip = Intel(0, 1, true);
+  trip.value_names = {{0, "normal"}, {1, "tripped"}};
+  EXPECT_EQ(NameOfRaw(trip, -1), "tripped");
+  EXPECT_EQ(NameOfRaw(trip, 0), "normal");
+}
+
+// SAE J1939-71, 5.1.5.
+TEST(Codec, J1939SetsValuesAside) {
+  using J = J1939Value;
+  const auto of = [](int length, std::int64_t raw) { return J1939ValueOf(Intel(0, length), raw); };
+  EXPECT_EQ(of(1, 1), J::kValid);
+  EXPECT_EQ(of(2, 1), J::kValid);
+  EXPECT_EQ(of(2, 2), J::kError);
+  EXPECT_EQ(of(2, 3), J::kNotAvailable);
+  EXPECT_EQ(of(4, 13), J::kValid);
+  EXPECT_EQ(of(4, 14), J::kError);
+  EXPECT_EQ(of(8, 0xFA), J::kValid);
+  EXPECT_EQ(of(8, 0xFB), J::kReserved);
+  EXPECT_EQ(of(8, 0xFE), J::kError);
+  EXPECT_EQ(of(8, 0xFF), J::kNotAvailable);
+  EXPECT_EQ(of(16, 0xFAFF), J::kValid);
+  EXPECT_EQ(of(16, 0xFDFF), J::kReserved);
+  EXPECT_EQ(of(16, 0xFE12), J::kError);
+  EXPECT_EQ(of(16, 0xFF00), J::kNotAvailable);
+  EXPECT_EQ(of(32, 0xFAFF'FFFF), J::kValid);
+  EXPECT_EQ(of(32, 0xFFFF'FFFF), J::kNotAvailable);
+  EXPECT_EQ(of(64, -1), J::kNotAvailable);
+  EXPECT_EQ(J1939ValueOf(Intel(0, 8, true), -1), J::kValid);
 }
 
 }  // namespace

@@ -303,5 +303,28 @@ TEST(Dbc, NoPrefixOfAFileMakesItCrash) {
   }
 }
 
+// VFrameFormat is an enumeration or a number, set or by default, by name or by index.
+TEST(Dbc, TheFrameFormatIsReadInEachForm) {
+  const std::string message = "BO_ 1 GOV: 8 X\n SG_ P1 : 0|16@1+ (1,0) [0|0] \"\" X\n";
+  const std::string names =
+      "\"StandardCAN\",\"ExtendedCAN\",\"r\",\"J1939PG\",\"r\",\"r\",\"r\",\"r\",\"r\",\"r\",\"r\",\"r\","
+      "\"r\",\"r\","
+      "\"StandardCAN_FD\",\"ExtendedCAN_FD\"";
+  const std::string of_names = "BA_DEF_ BO_ \"VFrameFormat\" ENUM " + names + ";\n";
+  const std::string of_numbers = "BA_DEF_ BO_ \"VFrameFormat\" INT 0 15;\n";
+  const auto read = [&](const std::string& attributes) {
+    return ParseDbc(message + attributes, "x.dbc").messages.front();
+  };
+  EXPECT_TRUE(read(of_names + "BA_DEF_DEF_ \"VFrameFormat\" 14;\n").fd);
+  EXPECT_TRUE(read(of_names + "BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN_FD\";\n").fd);
+  EXPECT_TRUE(read(of_names + "BA_ \"VFrameFormat\" BO_ 1 14;\n").fd);
+  EXPECT_TRUE(read(of_names + "BA_ \"VFrameFormat\" BO_ 1 \"StandardCAN_FD\";\n").fd);
+  EXPECT_TRUE(read(of_numbers + "BA_DEF_DEF_ \"VFrameFormat\" 0;\nBA_ \"VFrameFormat\" BO_ 1 14;\n").fd);
+  EXPECT_TRUE(read(of_numbers + "BA_DEF_DEF_ \"VFrameFormat\" 15;\n").fd);
+  EXPECT_TRUE(read(of_numbers + "BA_ \"VFrameFormat\" BO_ 1 3;\n").j1939);
+  EXPECT_FALSE(read(of_names + "BA_DEF_DEF_ \"VFrameFormat\" 0;\n").fd);
+  EXPECT_FALSE(read(of_names + "BA_DEF_DEF_ \"VFrameFormat\" 14;\nBA_ \"VFrameFormat\" BO_ 1 0;\n").fd);
+}
+
 }  // namespace
 }  // namespace servohil::can
