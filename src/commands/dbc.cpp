@@ -51,7 +51,7 @@ std::string Line(const can::Message& message, const signal_map::Contract& contra
 
 /// Each frame that the files describe, an object a line.
 void DecodeLogToJson(const DbcOptions& options, const signal_map::Contract& contract) {
-  for (const can::Frame& frame : run::ReadCandump(options.log)) {
+  for (const auto& [frame, interface, line_number] : run::ReadCandump(options.log)) {
     const can::Message* const message = MessageOf(contract, frame);
     if (message == nullptr) continue;
     nlohmann::json line = signal_map::FrameToJson(*message, contract, frame);
@@ -63,15 +63,16 @@ void DecodeLogToJson(const DbcOptions& options, const signal_map::Contract& cont
 void DecodeLog(const DbcOptions& options, const signal_map::Contract& contract) {
   std::map<std::string, unsigned long long> known;
   std::map<Id, unsigned long long> unknown;
-  const std::vector<can::Frame> frames = run::ReadCandump(options.log);
-  for (const can::Frame& frame : frames) {
+  const std::vector<run::LoggedFrame> frames = run::ReadCandump(options.log);
+  for (const auto& [frame, interface, line_number] : frames) {
     const can::Message* const message = MessageOf(contract, frame);
     if (message == nullptr) {
       ++unknown[{frame.extended, frame.id}];
       continue;
     }
     ++known[message->name];
-    const double t_s = static_cast<double>(frame.receive_time_ns - frames.front().receive_time_ns) / 1e9;
+    const double t_s =
+        static_cast<double>(frame.receive_time_ns - frames.front().frame.receive_time_ns) / 1e9;
     std::cout << base::Formatted("%12.6f  ", t_s) << Line(*message, contract, frame) << '\n';
   }
   std::cout << "frames  ";

@@ -1,5 +1,5 @@
 #include <CLI/CLI.hpp>
-#include <cmath>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -14,7 +14,7 @@
 #include "configuration/rest.hpp"
 #include "model/ticks.hpp"
 #include "run/candump.hpp"
-#include "run/p1_script.hpp"
+#include "run/log_replay.hpp"
 #include "run/replay.hpp"
 #include "run/report.hpp"
 #include "run/scripted_run.hpp"
@@ -28,6 +28,7 @@ struct ReplayOptions {
   std::filesystem::path path;
   configuration::ConfigurationOptions configuration;
   std::optional<double> until_s;
+  std::string interface;  ///< of a log; empty: the only one
   run::RecordingOptions recording;
   run::ScenarioOptions scenario;
 };
@@ -218,38 +219,52 @@ int ReplayRecording(const ReplayOptions& options) {
                   : base::kExitOk;
 }
 
-/// Any candump log: its command frames, at the ticks of their time stamps.
+/// Drives the model from any candump log, as a run on that bus would have been.
 int ReplayLog(const ReplayOptions& options) {
-  const std::vector<can::Frame> frames = run::ReadCandump(options.path);
-  if (frames.empty()) throw base::UsageError(options.path.string() + ": there is no frame in it");
-  Rerun rerun;
-  rerun.configuration = options.configuration.Load();
-  const signal_map::Contract contract(rerun.configuration);
-  const std::int64_t start_ns = frames.front().receive_time_ns;
-  std::uint64_t last_tick = 0;
-  for (const can::Frame& frame : frames) {
-    constexpr double kNsPerTick = 1e5;
-    const double ticks =
-        std::max(0.0, std::round(static_cast<double>(frame.receive_time_ns - start_ns) / kNsPerTick));
-    last_tick = std::max(last_tick, static_cast<std::uint64_t>(ticks));
-    signal_map::CommandRejection why{};
-    const auto demand = contract.Decode(frame, why);
-    if (demand && demand->p1_psi) rerun.script.push_back(run::CommandAfter(last_tick, *demand->p1_psi));
-  }
-  rerun.end_tick = EndTick(options, last_tick + 1);
-  std::cout << base::Formatted("log %s: %llu frames, %llu of them commands, %.4f s\n",
-                               options.path.string().c_str(), Count{frames.size()},
-                               Count{rerun.script.size()}, model::SecondsOf(last_tick));
-  if (rerun.script.empty()) {
+  std::vector<run::LoggedFrame> logged = run::ReadCandump(options.path);
+  if (logged.empty()) throw base::UsageError(options.path.string() + ": there is no frame in it");
+  const configuration::Configuration configuration = options.configuration.Load();
+  const signal_map::Contract contract(configuration);
+  logged = run::FramesOfInterface(std::move(logged), options.interface, contract, options.path);
+  const std::vector<run::FrameAfter> frames = run::OnTimeLine(logged, options.path);
+  if (std::none_of(frames.begin(), frames.end(),
+                   [&](const auto& one) { return contract.IsCommand(one.frame); })) {
     throw base::UsageError(options.path.string() +
                            base::Formatted(": there is no command frame in it: identifier 0x%X of ",
                                            contract.CommandMessage().id) +
                            contract.IncomingMessages().front().database->file);
   }
-  const simulation::Telemetry end =
-      RunAgain(rerun, options.recording, [](const simulation::Telemetry&) { return true; });
-  std::cout << run::SimulationSummary(end) << "verdict  " << run::JudgeRun(end, 0).Text() << '\n';
-  return run::JudgeRun(end, 0).Valid() ? base::kExitOk : base::kExitNotValid;
+  const configuration::SafetySettings safety =
+      configuration::Resolved(configuration.safety, configuration.can.command.cycle_ms);
+  const auto recorder = options.recording.Open(configuration::DescribeConfiguration(configuration), contract,
+                                               "fast", std::nullopt, {});
+  emulator::TaskOptions task_options;
+  task_options.duration_ticks = EndTick(options, frames.back().ticks + 1);
+  task_options.safety = simulation::LawOf(safety);
+  task_options.recorder = recorder.get();
+  const model::Derived derived(configuration.model);
+  emulator::SimulationTask task(configuration.model,
+                                configuration::RequireSteadyStateAt(derived, configuration.start_x3_in),
+                                task_options);
+  emulator::Receiver receiver(contract,
+                              emulator::GuardOf(contract, safety, configuration.can.command.cycle_ms,
+                                                configuration.can.command.max_counter_jump),
+                              task, nullptr, 1, emulator::FrameClock::kSimulated);
+  run::RunLog(task, receiver, frames, [] { return true; });
+  run::Verdict verdict = run::JudgeRun(task.Now(), 0);
+  if (receiver.ValidCommands() == 0) verdict.reasons.emplace_back("no command was followed");
+  std::cout << run::FinishRecording(recorder.get(), options.recording.directory, task.Now(), verdict.Text())
+            << base::Formatted("log %s: %llu frames of %s, %.4f s\n", options.path.string().c_str(),
+                               Count{frames.size()}, logged.front().interface.c_str(),
+                               model::SecondsOf(frames.back().ticks))
+            << "in       " << run::DescribeReceived(receiver.Counters()) << '\n'
+            << run::SimulationSummary(task.Now())
+            << base::Formatted("safety   %s (%s), %llu times lost, %llu trips\n",
+                               simulation::NameOf(task.Now().status.safety),
+                               simulation::NameOf(task.Now().status.safety_cause),
+                               Count{task.Now().status.losses}, Count{task.Now().status.trips})
+            << "verdict  " << verdict.Text() << '\n';
+  return verdict.Valid() ? base::kExitOk : base::kExitNotValid;
 }
 
 int Replay(const ReplayOptions& options) {
@@ -280,6 +295,10 @@ void AddReplayCommand(CLI::App& program, int& exit_status) {
       .add_option("--until", options->until_s, "ends at this simulated time [s]; default: with the recording")
       ->type_name("S")
       ->check(CLI::Range(model::kTickS, 1e9));
+  command
+      .add_option("--interface", options->interface,
+                  "of a log: the interface that the governor is on; default: the only one with its messages")
+      ->type_name("NAME");
   AddOptions(command, options->recording);
   AddOptions(command, options->scenario)
       ->description(

@@ -119,4 +119,13 @@ void CommandGuard::Follow(double p1_psi, const FrameTime& time) noexcept {
   ++newest_.good_in_a_row;
 }
 
+CommandGuard GuardOf(const signal_map::Contract& contract, const configuration::SafetySettings& settings,
+                     int cycle_ms, int max_counter_jump) {
+  CommandGuard guard(settings, cycle_ms);
+  const signal_map::ReceivedMessage& command = contract.IncomingMessages().front();
+  if (command.protection) guard.Check(*command.protection, static_cast<unsigned>(max_counter_jump));
+  if (contract.HasEnable()) guard.AwaitEnable();
+  return guard;
+}
+
 }  // namespace servohil::emulator

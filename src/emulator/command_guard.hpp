@@ -55,4 +55,8 @@ class CommandGuard {
   std::int64_t newest_time_ns_ = 0;
 };
 
+/// The guard of a run: protection and enable as the governor's messages have them. @param settings Resolved()
+CommandGuard GuardOf(const signal_map::Contract& contract, const configuration::SafetySettings& settings,
+                     int cycle_ms, int max_counter_jump);
+
 }  // namespace servohil::emulator

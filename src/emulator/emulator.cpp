@@ -42,14 +42,6 @@ TaskOptions TaskOptionsOf(const EmulatorOptions& options, const signal_map::Cont
   return task;
 }
 
-CommandGuard GuardOf(const EmulatorOptions& options, const signal_map::Contract& contract) {
-  CommandGuard guard(options.safety, options.command_cycle_ms);
-  const signal_map::ReceivedMessage& command = contract.IncomingMessages().front();
-  if (command.protection) guard.Check(*command.protection, static_cast<unsigned>(options.max_counter_jump));
-  if (contract.HasEnable()) guard.AwaitEnable();
-  return guard;
-}
-
 }  // namespace
 
 Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState& start,
@@ -60,7 +52,8 @@ Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState
       options_(options),
       task_(std::make_unique<SimulationTask>(parameters, start, TaskOptionsOf(options, contract))),
       receiver_(std::make_unique<Receiver>(
-          contract, GuardOf(options, contract), *task_, options.task.recorder, network.Buses().size(),
+          contract, GuardOf(contract, options.safety, options.command_cycle_ms, options.max_counter_jump),
+          *task_, options.task.recorder, network.Buses().size(),
           options.clock == Clock::kReal ? FrameClock::kReal : FrameClock::kSimulated)),
       sender_(std::make_unique<Sender>(contract, *task_, network, options.task.recorder)),
       loop_(options.task.loop.wake_ticks * model::kTickNs,

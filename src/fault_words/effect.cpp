@@ -19,8 +19,7 @@ constexpr double kSomeTimeS = 0.0123;
 bool Changes(fault::ParameterAct act, const Values& values, const FaultContext& context) {
   model::Parameters faulted = *context.surroundings.unfaulted;
   act(faulted, values, 1.0, kSomeTimeS);
-  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): a copy of which nothing was changed has the same
-  // bits
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): an unchanged copy has the same bits
   return std::memcmp(&faulted, context.surroundings.unfaulted, sizeof faulted) != 0;
 }
 bool Changes(fault::SensorAct act, const Values& values, const FaultContext&) {

@@ -87,10 +87,10 @@ std::optional<can::Frame> ParseFrame(std::string_view text, bool& is_error_frame
 
 }  // namespace
 
-std::vector<can::Frame> ReadCandump(const std::filesystem::path& file) {
+std::vector<LoggedFrame> ReadCandump(const std::filesystem::path& file) {
   base::RequireReadable(file);
   std::ifstream in(file);
-  std::vector<can::Frame> frames;
+  std::vector<LoggedFrame> frames;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     std::istringstream words(line);
@@ -109,7 +109,7 @@ std::vector<can::Frame> ReadCandump(const std::filesystem::path& file) {
     }
     if (is_error_frame) continue;
     frame->receive_time_ns = *time_ns;
-    frames.push_back(*frame);
+    frames.push_back({*frame, bus, number});
   }
   return frames;
 }

@@ -11,14 +11,13 @@ const char* NameOf(Outcome outcome) {
 }
 
 std::unique_ptr<Check> CheckOf(const Expectation& expectation) {
-  using Kind = Expectation::Kind;
   switch (expectation.kind) {
-    case Kind::kCalm:
+    case Expectation::Kind::kCalm:
       return std::make_unique<CalmCheck>(expectation);
-    case Kind::kOscillates:
+    case Expectation::Kind::kOscillates:
       return std::make_unique<OscillationCheck>(expectation);
-    case Kind::kModeBecomes:
-    case Kind::kModeNever:
+    case Expectation::Kind::kModeBecomes:
+    case Expectation::Kind::kModeNever:
       return std::make_unique<ModeCheck>(expectation);
     default:
       return std::make_unique<RangeCheck>(expectation);

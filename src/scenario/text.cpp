@@ -39,27 +39,25 @@ std::string WithUnit(double value, const recording::SampleColumn& quantity) {
   return base::Formatted("%.5g%s%s", value, *quantity.unit != 0 ? " " : "", quantity.unit);
 }
 
-using Kind = Expectation::Kind;
-
 std::string TextOf(const Expectation& e) {
   switch (e.kind) {
-    case Kind::kWithin:
+    case Expectation::Kind::kWithin:
       return NameOf(*e.quantity) + " within " + WithUnit(e.within, *e.quantity) + " of " +
              WithUnit(e.of, *e.quantity) + Between(e);
-    case Kind::kSettles:
+    case Expectation::Kind::kSettles:
       return NameOf(*e.quantity) + " settles within " + WithUnit(e.within, *e.quantity) + " of " +
              WithUnit(e.of, *e.quantity) +
              base::Formatted(" by %g s, until %g s", model::SecondsOf(e.from_tick),
                              model::SecondsOf(e.to_tick));
-    case Kind::kBetween:
+    case Expectation::Kind::kBetween:
       return NameOf(*e.quantity) + Limits(e) + Between(e);
-    case Kind::kCalm:
+    case Expectation::Kind::kCalm:
       return "no oscillation of " + NameOf(*e.quantity) + " above " + WithUnit(e.peak_to_peak, *e.quantity) +
              " peak to peak" + Between(e);
-    case Kind::kOscillates:
+    case Expectation::Kind::kOscillates:
       return NameOf(*e.quantity) + " oscillates by at least " + WithUnit(e.peak_to_peak, *e.quantity) +
              " peak to peak" + Frequency(e) + Between(e);
-    case Kind::kModeBecomes:
+    case Expectation::Kind::kModeBecomes:
       return std::string("mode becomes ") + simulation::NameOf(e.mode) +
              base::Formatted(" within %g ms of ", model::SecondsOf(e.to_tick - e.from_tick) * 1e3) +
              (e.after.empty() ? base::Formatted("%g s", model::SecondsOf(e.from_tick)) : e.after);

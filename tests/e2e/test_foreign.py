@@ -224,7 +224,7 @@ def test_unknown_identifiers_and_damaged_frames_are_told(tmp_path):
     text = run("dbc", "-c", CONFIGURATION, "--decode", log).stdout
     assert "    0.000000  TGC_ValveCommand: OilPressureDemand 2.048 bar" in text
     assert "TGC_ValveCommand: 1 of its 8 bytes" in text
-    assert "=> P1 out of range: not a command" in text
+    assert "=> P1 not available (J1939): not a command" in text
     assert "2 of 1 unknown identifiers\nunknown 0x123: 2\n" in text
 
 

@@ -217,7 +217,8 @@ def check_both_directions(governor):
     _, status = governor.cycle(*order)
     assert status["Mode"] == RUNNING and p1_of(governor) == pytest.approx(REST_P1_PSI, abs=P1_FACTOR)
     counts = {"commands": sent + 2, "corrupted": len(bits), "repeated": 2, "stuck": 1, "reordered": 1, "jumped": 1,
-              "lost": 1 + MOST_JUMP, "malformed": 0, "out_of_range": 0, "stale": 0, "too_fast": 0}
+              "lost": 1 + MOST_JUMP, "malformed": 0, "out_of_range": 0, "stale": 0, "too_fast": 0, "not_available": 0,
+              "error_indicator": 0}
     assert frames_of(governor) == counts
     return counts
 

@@ -269,10 +269,13 @@ def test_a_log_drives_the_model(tmp_path, start, connect):
         client.send_p1(p1_psi)
         client.for_ticks(4000)
     result = emulator.stop(may_be_late=True)
-    done = run("replay", tmp_path / "r" / LOG)
-    assert re.search(rf"^log {tmp_path}/r/{LOG}: \d+ frames, 3 of them commands, ", done.stdout, re.M)
+    done = run("replay", tmp_path / "r" / LOG, *settings(safety__timeout_ms=0))
+    assert re.search(rf"^log {tmp_path}/r/{LOG}: \d+ frames of \S+, ", done.stdout, re.M)
+    assert re.search("^in       3 commands followed$", done.stdout, re.M)
     x3_in = float(re.search(r"; x3 ([\d.]+) in, P1 30\.000 psi", done.stdout)[1])
     assert x3_in == pytest.approx(result.x3_in, abs=0.0002)
+    silent = run("replay", tmp_path / "r" / LOG).stdout  # by the time-out of a run
+    assert re.search(r"mode DEGRADED$", silent, re.M) and "no command frame" in silent
     run("replay", tmp_path / "r" / LOG, "--record", tmp_path / "again", "--until", 0.5)
     assert len(Recording(tmp_path / "again").ticks) == 5000
 
@@ -284,8 +287,32 @@ def test_a_log_of_another_tool(tmp_path):
     log.write_text("(1436509052.249713) vcan0 044#2A366C2BBA\n(1436509052.250000) can1 100#00557407\n"
                    "(1436509052.350000) can1 1ABCDEF0#R\n(1436509052.350001) can1 123##1AABB\n"
                    "(1436509052.350002) can1 20000004#0000000000000000\n(1436509053.250000) can1 100#00557407 R\n")
-    done = run("replay", log)
-    assert "2 of them commands, 1.0003 s" in done.stdout and "P1 30.533 psi" in done.stdout
+    done = run("replay", log, *settings(safety__timeout_ms=0))
+    assert "4 frames of can1, 1.0000 s" in done.stdout and "2 commands followed" in done.stdout
+    assert "P1 30.533 psi" in done.stdout
+
+
+def test_a_log_with_a_jump_in_time_is_refused_at_its_line(tmp_path):
+    log = tmp_path / "bad.log"
+    log.write_text("(1000.0) can0 100#00557407\n(1006.0) can0 100#00557407\n(1000.01) can0 100#00557407\n")
+    refused = run("replay", log, status=2)
+    assert refused.stderr.startswith(f"servohil: {log}:3: time steps back by 5.990000 s") and refused.stderr.count("\n") == 1
+
+
+def test_a_log_of_two_buses_needs_a_choice(tmp_path):
+    log = tmp_path / "two.log"
+    log.write_text("".join(f"({t / 100:.6f}) can{t % 2} 100#0055740{7 if t % 2 else 0}\n" for t in range(100, 110)))
+    refused = run("replay", log, status=2)
+    assert "can0 (5 frames), can1 (5 frames); choose one with --interface" in refused.stderr
+    assert "5 frames of can1" in run("replay", log, "--interface", "can1").stdout
+    assert "there is no frame of interface can7" in run("replay", log, "--interface", "can7", status=2).stderr
+
+
+def test_a_log_of_which_nothing_is_followed_supports_no_verdict(tmp_path):
+    log = tmp_path / "empty.log"
+    log.write_text("(1000.0) can0 100#FFFFFFFFFFFFFFFF\n(1000.01) can0 100#FFFFFFFFFFFFFFFF\n")
+    done = run("replay", log, status=1)
+    assert "INVALID: no command was followed" in done.stdout and "2 out_of_range" in done.stdout
 
 
 # --- Not a recording -------------------------------------------------------------------------------------------------

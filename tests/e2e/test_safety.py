@@ -88,7 +88,8 @@ def test_each_kind_of_wrong_frame_is_counted_as_what_it_is(governor):
     assert answer["SERVO_Pressures"]["P1_Applied"] == pytest.approx(REST_P1_PSI, abs=0.005), "none of them was followed"
     frames = frames_of(governor)
     assert frames == {"commands": 20 + 3 + 1 + 2, "corrupted": 1, "repeated": 3, "stuck": 1, "reordered": 1, "jumped": 1,
-                      "lost": 1 + 4, "malformed": 0, "out_of_range": 0, "stale": 0, "too_fast": 0}
+                      "lost": 1 + 4, "malformed": 0, "out_of_range": 0, "stale": 0, "too_fast": 0, "not_available": 0,
+                      "error_indicator": 0}
     safety = answer["SERVO_Safety"]
     assert [safety[name] for name in ("SafetyState", "RejectedFrames", "CorruptedFrames", "FramesOutOfSequence",
                                       "LostFrames", "CommandLosses")] == [1, 7, 1, 6, 5, 0]

@@ -14,7 +14,7 @@ namespace {
 
 void ReadCandump(const std::string& file) {
   constexpr int kLargest = 64;
-  for (const auto& frame : servohil::run::ReadCandump(file)) {
+  for (const auto& [frame, interface, line] : servohil::run::ReadCandump(file)) {
     Require(frame.receive_time_ns >= 0, "no frame is older than the epoch");
     Require(frame.id <= (frame.extended ? 0x1FFF'FFFFU : 0x7FFU), "an identifier fits its format");
     Require(frame.size <= (frame.fd ? kLargest : 8), "a frame has its size");

@@ -30,7 +30,7 @@ std::string ErrorOf(const std::string& text, Read&& read) {
 TEST(Candump, TimesAreThoseThatNanosecondsHold) {
   const auto first_time_ns = [](const std::string& line) {
     std::int64_t time_ns = -1;
-    ErrorOf(line, [&](const auto& file) { time_ns = ReadCandump(file).at(0).receive_time_ns; });
+    ErrorOf(line, [&](const auto& file) { time_ns = ReadCandump(file).at(0).frame.receive_time_ns; });
     return time_ns;
   };
   EXPECT_EQ(first_time_ns("(1436509052.249713) vcan0 044#2A"), 1'436'509'052'249'713'000);
