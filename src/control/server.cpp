@@ -167,6 +167,9 @@ void Server::Read(Client& client) {
       client.input.erase(0, end + 1);
       if (!line.empty()) TakeLine(client, line);
     }
+    // What comes before the end of the connection is a line, too, without its end.
+    if (size == 0 && !client.input.empty() && client.input.size() <= kLongestLine)
+      TakeLine(client, std::exchange(client.input, {}));
     if (client.input.size() > kLongestLine) {
       Reply(client, "null", Rejected("a request is one line of at most 4096 bytes"));
       client.ended = true;

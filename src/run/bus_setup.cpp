@@ -2,6 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <cctype>
+
 #include "base/error.hpp"
 #include "base/formatted.hpp"
 #include "can/socketcan/interface_state.hpp"
@@ -108,11 +111,24 @@ can::BusModelSettings BusModelOf(const configuration::CanSettings& can) {
 
 std::vector<std::string> BusNames(const can::Network& network) {
   std::vector<std::string> names;
-  for (const auto& bus : network.Buses()) {
-    const std::string name = bus->Name().substr(bus->Name().find(':') + 1);
-    names.push_back(name.rfind("/dev/", 0) == 0 ? name.substr(5) : name);
-  }
+  for (const auto& bus : network.Buses()) names.push_back(LogName(bus->Name(), names));
   return names;
+}
+
+std::string LogName(const std::string& bus, const std::vector<std::string>& taken) {
+  constexpr std::size_t kLongest = 15;  // IFNAMSIZ - 1
+  std::string name = bus.substr(bus.find(':') + 1);
+  if (name.rfind("/dev/", 0) == 0) name = name.substr(5);
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return std::isgraph(c) == 0; }, '_');
+  if (name.size() > kLongest) name = name.substr(name.rfind('/') + 1);
+  if (name.size() > kLongest) name = name.substr(name.size() - kLongest);
+  const std::string stem = name;
+  for (int i = 2; std::find(taken.begin(), taken.end(), name) != taken.end(); ++i) {
+    const std::string end = "~" + std::to_string(i);
+    name = stem.substr(0, kLongest - end.size()) + end;
+  }
+  return name;
 }
 
 }  // namespace servohil::run

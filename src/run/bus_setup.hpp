@@ -38,4 +38,8 @@ can::BusModelSettings BusModelOf(const configuration::CanSettings& can);
 /// For bus.log: "vcan0", "pts/3".
 std::vector<std::string> BusNames(const can::Network& network);
 
+/// Returns the name of a bus in a candump log: one that can-utils take (at most 15 characters, none of them blank), and that
+/// is not among those `taken`. "slcan:/dev/ttyACM0" is ttyACM0, "slcan:/tmp/bench-adapter" bench-adapter.
+std::string LogName(const std::string& bus, const std::vector<std::string>& taken);
+
 }  // namespace servohil::run

@@ -121,6 +121,17 @@ def test_an_endless_line_ends_its_client_alone(emulator, path, size):
     emulator.stop()
 
 
+def test_a_line_may_end_with_the_connection(emulator, path):
+    """As `printf '{"request":"status"}' | nc -NU` sends it: without a line end."""
+    for request in ({"id": 1, "request": "status"}, {"id": 1, "request": "command", "p1_psi": 30.0}):
+        with socket.socket(socket.AF_UNIX) as client:
+            client.connect(str(path))
+            client.sendall(json.dumps(request).encode())
+            client.shutdown(socket.SHUT_WR)
+            answer = b"".join(iter(lambda: client.recv(4096), b""))
+        assert json.loads(answer)["result"] in ("OK", "APPLIED")
+
+
 def test_half_lines_wait_for_their_end(emulator, path):
     with Control(path) as client:
         client.write(b'{"request": "sta')

@@ -88,7 +88,7 @@ struct Databases {
   Found RequireMessage(std::string_view message_name) const;
 };
 
-/// Text may be UTF-8 or Latin-1, lines may end in LF or CR LF.
+/// Text may be UTF-8 or Latin-1, lines may end in LF, CR LF or CR.
 /// @throws UsageError "FILE:LINE: ..." with what was found and what was expected: syntax, a signal outside
 /// its
 ///         message or longer than 64 bits, signals that overlap, a name or id that is there twice

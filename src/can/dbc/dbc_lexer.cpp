@@ -99,7 +99,6 @@ void DbcLexer::ReadString(Token& token) {
   token.kind = TokenKind::kString;
   for (++at_; at_ < text_.size() && text_[at_] != '"'; ++at_) {
     if (Look() == '\\' && (Look(1) == '"' || Look(1) == '\\')) ++at_;
-    if (text_[at_] == '\r' && Look(1) == '\n') continue;
     if (text_[at_] == '\n') ++line_;
     token.text += text_[at_];
   }

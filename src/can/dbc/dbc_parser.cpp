@@ -262,8 +262,22 @@ class Parser {
 
 }  // namespace
 
+namespace {
+
+/// Lines may end in LF, CR LF or CR.
+std::string WithLineFeeds(const std::string& text) {
+  std::string lines;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\r' && i + 1 < text.size() && text[i + 1] == '\n') continue;
+    lines += text[i] == '\r' ? '\n' : text[i];
+  }
+  return lines;
+}
+
+}  // namespace
+
 Database ParseDbc(std::string_view text, const std::string& file) {
-  const std::string utf8 = ToUtf8(text);
+  const std::string utf8 = WithLineFeeds(ToUtf8(text));
   return Parser(utf8, file).Parse();
 }
 

@@ -326,5 +326,22 @@ TEST(Dbc, TheFrameFormatIsReadInEachForm) {
   EXPECT_FALSE(read(of_names + "BA_DEF_DEF_ \"VFrameFormat\" 14;\nBA_ \"VFrameFormat\" BO_ 1 0;\n").fd);
 }
 
+TEST(Dbc, LinesMayEndInAnyWay) {
+  const std::string text =
+      "VERSION \"\"\n\nBU_: A B\n\nBO_ 1 GOV: 8 A\n SG_ P1 : 0|16@1+ (1,0) [0|0] \"psi\" B\n\nCM_ BO_ 1 \"two\nlines\";\n";
+  const auto with = [&](const std::string& end) {
+    std::string other;
+    for (const char c : text) other += c == '\n' ? end : std::string(1, c);
+    return other;
+  };
+  for (const char* end : {"\n", "\r\n", "\r"}) {
+    const Database dbc = ParseDbc(with(end), "x.dbc");
+    ASSERT_EQ(dbc.messages.size(), 1U);
+    EXPECT_EQ(dbc.messages[0].line, 5);
+    EXPECT_EQ(dbc.messages[0].signals.at(0).line, 6);
+    EXPECT_EQ(dbc.messages[0].comment, "two\nlines");
+  }
+}
+
 }  // namespace
 }  // namespace servohil::can
