@@ -9,6 +9,7 @@
 #include "base/exit_status.hpp"
 #include "base/formatted.hpp"
 #include "commands/commands.hpp"
+#include "run/bus_setup.hpp"
 #include "run/candump.hpp"
 #include "signal_map/contract.hpp"
 #include "signal_map/json.hpp"
@@ -106,9 +107,12 @@ void AddDbcCommand(CLI::App& program, int& exit_status) {
       DecodeLogToJson(*options, contract);
     } else if (options->log.empty()) {
       std::cout << signal_map::DescribeContract(contract, configuration.can);
+      if (!contract.CycleMismatch().empty()) std::cout << "warning  " << contract.CycleMismatch() << '\n';
     } else {
       DecodeLog(*options, contract);
     }
+    std::cout << std::flush;
+    if (options->log.empty()) run::RequireBusCarries(contract, configuration.can);
     exit_status = base::kExitOk;
   });
 }

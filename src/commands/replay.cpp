@@ -235,7 +235,7 @@ int ReplayLog(const ReplayOptions& options) {
                            contract.IncomingMessages().front().database->file);
   }
   const configuration::SafetySettings safety =
-      configuration::Resolved(configuration.safety, configuration.can.command.cycle_ms);
+      configuration::Resolved(configuration.safety, contract.CommandCycleMs());
   const auto recorder = options.recording.Open(configuration::DescribeConfiguration(configuration), contract,
                                                "fast", std::nullopt, {});
   emulator::TaskOptions task_options;
@@ -247,7 +247,7 @@ int ReplayLog(const ReplayOptions& options) {
                                 configuration::RequireSteadyStateAt(derived, configuration.start_x3_in),
                                 task_options);
   emulator::Receiver receiver(contract,
-                              emulator::GuardOf(contract, safety, configuration.can.command.cycle_ms,
+                              emulator::GuardOf(contract, safety, contract.CommandCycleMs(),
                                                 configuration.can.command.max_counter_jump),
                               task, nullptr, 1, emulator::FrameClock::kSimulated);
   run::RunLog(task, receiver, frames, [] { return true; });

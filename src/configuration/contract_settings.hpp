@@ -35,6 +35,8 @@ inline std::span<const char* const> NamesOf(can::DataIdMode) {
   return can::kDataIdModeNames;
 }
 
+inline constexpr int kDefaultCycleMs = 10;  ///< of the command, where neither key nor DBC file has one
+
 /// [can.command]: the governor's frames. A signal is written "MESSAGE.SIGNAL".
 struct CommandSettings {
   std::string p1 = "GOV_Command.P1_Demand";
@@ -44,7 +46,7 @@ struct CommandSettings {
   std::string enable;             ///< true while not 0, or "MESSAGE.SIGNAL = VALUE"; empty: always enabled
   std::string trip;               ///< the same; empty: never tripped
   bool pgn = false;               ///< J1939: whatever the source address and the priority
-  int cycle_ms = 10;              ///< expected of the governor
+  int cycle_ms = 0;               ///< expected of the governor; 0: as the DBC file says, else kDefaultCycleMs
   ProtectionSettings protection;  ///< of the message with P1
   int max_counter_jump = 1;       ///< largest step of its counter that is valid: 1 tolerates no loss
 };

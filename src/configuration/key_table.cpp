@@ -187,7 +187,7 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> bool& { return c.fault.allow_can; }},
 
     {"safety.timeout_ms", "ms", -1.0, 60'000.0,
-     "without a valid command; then safety.on_loss; 0: never; -1: three times can.command.cycle_ms",
+     "without a valid command; then safety.on_loss; 0: never; -1: three times the command's cycle",
      +[](C& c) -> int& { return c.safety.timeout_ms; }},
     {"safety.on_loss", "", 0.0, 0.0,
      "lost or not enabled: \"drain\" (P1 falls to 0), \"hold\" (P1 stays) or \"freeze\" (the state stays)",
@@ -257,7 +257,8 @@ constexpr std::array kKeys = std::to_array<Key>({
      +[](C& c) -> std::string& { return c.can.command.trip; }},
     {"can.command.pgn", "", 0.0, 0.0, "J1939: the parameter group counts, not source address and priority",
      +[](C& c) -> bool& { return c.can.command.pgn; }},
-    {"can.command.cycle_ms", "ms", 1.0, 10000.0, "expected cycle time of the command",
+    {"can.command.cycle_ms", "ms", 0.0, 10000.0,
+     "expected cycle time of the command; 0: the DBC's GenMsgCycleTime, else 10",
      +[](C& c) -> int& { return c.can.command.cycle_ms; }},
     {"can.command.e2e", "", 0.0, 0.0,
      "protection: \"none\", \"counter\", \"crc8_j1850\", \"autosar_p1\", \"autosar_p11\", "

@@ -16,6 +16,7 @@ inline std::span<const char* const> NamesOf(OnLoss) {
 
 struct SafetySettings {
   int timeout_ms = -1;  ///< without a valid command; 0: never; -1: three times the governor's cycle
+  bool timeout_is_of_cycle = false;  ///< set by Resolved(): it was not given
   OnLoss on_loss = OnLoss::kDrain;
   double drain_time_constant_s = 0.5;
   double trip_time_constant_s = 0.05;
@@ -29,6 +30,7 @@ struct SafetySettings {
 /// With the time-out in the governor's cycles made one in ms.
 inline SafetySettings Resolved(SafetySettings settings, int command_cycle_ms) noexcept {
   constexpr int kCycles = 3;
+  settings.timeout_is_of_cycle = settings.timeout_ms < 0;
   if (settings.timeout_ms < 0) settings.timeout_ms = kCycles * command_cycle_ms;
   return settings;
 }

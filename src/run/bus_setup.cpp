@@ -12,6 +12,34 @@
 
 namespace servohil::run {
 
+namespace {
+
+std::string CycleKeys(const configuration::CanSettings& can) {
+  return can.publish.empty() ? "publish.*_ms cycle times" : "cycle_ms of can.publish";
+}
+
+struct BusLoad {
+  double share = 0.0;  ///< of the bit rate
+  std::string text;
+};
+
+BusLoad BusLoadOf(const signal_map::Contract& contract, const configuration::CanSettings& can) {
+  double bits_per_s = 0.0;
+  std::string parts;
+  for (const signal_map::Contract::Load& load : contract.BusLoad()) {
+    bits_per_s += load.bits_per_s;
+    parts += (parts.empty() ? "" : ", ") + load.message + " every " + std::to_string(load.cycle_ms) + " ms";
+  }
+  const int bit_rate_bit_s =
+      can.emulate_bit_rate_bit_s != 0 ? can.emulate_bit_rate_bit_s : can.bit_rate_bit_s;
+  const double share = bits_per_s / bit_rate_bit_s;
+  return {share, base::Formatted("bus load at worst-case stuffing %.1f %% of %d bit/s: ", 100.0 * share,
+                                 bit_rate_bit_s) +
+                     parts};
+}
+
+}  // namespace
+
 std::vector<std::string> WantedBuses(const std::vector<std::string>& asked,
                                      const configuration::Configuration& configuration) {
   const std::vector<std::string>& wanted = asked.empty() ? configuration.can.buses : asked;
@@ -47,27 +75,20 @@ std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted,
   return urls;
 }
 
+void RequireBusCarries(const signal_map::Contract& contract, const configuration::CanSettings& can) {
+  const BusLoad load = BusLoadOf(contract, can);
+  if (load.share > 1.0)
+    throw base::UsageError(load.text + "; more than the bus carries: raise the " + CycleKeys(can));
+}
+
 void CheckBusLoad(const signal_map::Contract& contract, const configuration::CanSettings& can) {
   constexpr double kWarnAbove = 0.7;
-  double bits_per_s = 0.0;
-  std::string parts;
-  for (const signal_map::Contract::Load& load : contract.BusLoad()) {
-    bits_per_s += load.bits_per_s;
-    parts += (parts.empty() ? "" : ", ") + load.message + " every " + std::to_string(load.cycle_ms) + " ms";
-  }
-  const int bit_rate_bit_s =
-      can.emulate_bit_rate_bit_s != 0 ? can.emulate_bit_rate_bit_s : can.bit_rate_bit_s;
-  const double share = bits_per_s / bit_rate_bit_s;
-  const std::string line =
-      base::Formatted("bus load at worst-case stuffing %.1f %% of %d bit/s: ", 100.0 * share,
-                      bit_rate_bit_s) +
-      parts;
-  const std::string times = can.publish.empty() ? "publish.*_ms cycle times" : "cycle_ms of can.publish";
-  if (share > 1.0) throw base::UsageError(line + "; more than the bus carries: raise the " + times);
-  if (share > kWarnAbove) {
-    spdlog::warn("{}; above 70 % other nodes will wait: raise the {}", line, times);
+  RequireBusCarries(contract, can);
+  const BusLoad load = BusLoadOf(contract, can);
+  if (load.share > kWarnAbove) {
+    spdlog::warn("{}; above 70 % other nodes will wait: raise the {}", load.text, CycleKeys(can));
   } else {
-    spdlog::info("{}", line);
+    spdlog::info("{}", load.text);
   }
 }
 

@@ -21,6 +21,8 @@ std::vector<std::string> WantedBuses(const std::vector<std::string>& asked,
 std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted,
                                       const configuration::CanSettings& can);
 
+/// @throws UsageError where the frames of the run are more than the bus carries
+void RequireBusCarries(const signal_map::Contract& contract, const configuration::CanSettings& can);
 /// Logs the load of the bus; warns above 70 %. @throws UsageError above 100 %
 void CheckBusLoad(const signal_map::Contract& contract, const configuration::CanSettings& can);
 

@@ -41,14 +41,15 @@ std::unique_ptr<control::Server> OpenControl(const std::string& path, emulator::
 }
 
 emulator::EmulatorOptions EmulatorOptionsOf(const RunOptions& options,
-                                            const configuration::Configuration& configuration) {
+                                            const configuration::Configuration& configuration,
+                                            const signal_map::Contract& contract) {
   emulator::EmulatorOptions emulator;
   emulator.task = TaskOptionsOf(options, configuration.loop);
   emulator.clock = options.clock;
   emulator.lockstep = configuration.lockstep;
-  emulator.command_cycle_ms = configuration.can.command.cycle_ms;
+  emulator.command_cycle_ms = contract.CommandCycleMs();
   emulator.max_counter_jump = configuration.can.command.max_counter_jump;
-  emulator.safety = configuration::Resolved(configuration.safety, configuration.can.command.cycle_ms);
+  emulator.safety = configuration::Resolved(configuration.safety, contract.CommandCycleMs());
   emulator.real_time = options.real_time;
   if (options.clock == emulator::Clock::kLockstep && configuration.can.emulate_bit_rate_bit_s != 0)
     emulator.lockstep_bus = BusModelOf(configuration.can);
@@ -71,7 +72,9 @@ std::unique_ptr<emulator::FaultPort> OpenFaultPort(const configuration::Configur
 int RunOnBus(const RunOptions& options, const RunSetup& setup, const std::optional<emulator::Snapshot>& from,
              const StopSignals& signals) {
   const configuration::Configuration& configuration = setup.configuration;
-  emulator::EmulatorOptions emulator_options = EmulatorOptionsOf(options, configuration);
+  emulator::EmulatorOptions emulator_options = EmulatorOptionsOf(options, configuration, setup.contract);
+  if (const std::string& mismatch = setup.contract.CycleMismatch(); !mismatch.empty())
+    spdlog::warn("{}", mismatch);
   CheckBusLoad(setup.contract, configuration.can);
   const can::BusOptions bus_options = BusOptionsOf(setup.contract, configuration, emulator_options);
   can::Network network(ResolveBuses(WantedBuses(options.buses, configuration), configuration.can),

@@ -144,14 +144,24 @@ void Watch::LogSafetyChanges() {
     spdlog::log(well ? spdlog::level::info : spdlog::level::warn,
                 "command: {} from tick {} on, {} before: {}{}", simulation::NameOf(change.to), change.tick,
                 simulation::NameOf(change.from), simulation::NameOf(change.cause),
-                change.to == simulation::SafetyState::kDegraded ? OnLossText() : "");
+                change.to == simulation::SafetyState::kDegraded ? OnLossText(change.cause) : "");
   }
 }
 
-std::string Watch::OnLossText() const {
+std::string Watch::OnLossText(simulation::SafetyCause cause) const {
   const configuration::OnLoss on_loss = options_.safety.on_loss;
-  return std::string("; safety.on_loss = \"") +
+  using Cause = simulation::SafetyCause;
+  const bool by_time = cause == Cause::kSilence || cause == Cause::kInvalidFrames;
+  return (by_time ? TimeOutText() : std::string()) + std::string("; safety.on_loss = \"") +
          configuration::NamesOf(on_loss)[static_cast<std::size_t>(on_loss)] + '"';
+}
+
+/// " for 150 ms (three cycles of 50 ms: governor.dbc:12, GenMsgCycleTime)"
+std::string Watch::TimeOutText() const {
+  const std::string time = " for " + std::to_string(options_.safety.timeout_ms) + " ms (";
+  if (!options_.safety.timeout_is_of_cycle) return time + "safety.timeout_ms)";
+  return time + "three cycles of " + std::to_string(options_.command_cycle_ms) +
+         " ms: " + emulator_.Frames().IncomingMessages().front().cycle_from + ")";
 }
 
 /// Each signal once.

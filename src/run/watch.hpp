@@ -39,7 +39,8 @@ class Watch {
   void LogSafetyChanges();
   void LogFrames();
   void LogSilentGovernor();
-  std::string OnLossText() const;
+  std::string OnLossText(simulation::SafetyCause cause) const;
+  std::string TimeOutText() const;
   void LogSaturation();
   void LogFaults();
   void WriteStatisticsSoFar();

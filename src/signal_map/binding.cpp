@@ -98,10 +98,25 @@ class CommandBinder {
                              ": message '" + found.message->name +
                              "' has an 11-bit identifier, can.command.pgn = true is for J1939's 29-bit ones");
     if (settings_.pgn) CheckGroup(incoming, found.signal->name, place);
-    const bool cycle_stated = !incoming_.empty() && found.message->cycle_ms > 0;
-    incoming.cycle_ms = cycle_stated ? found.message->cycle_ms : settings_.cycle_ms;
+    SetCycle(incoming);
     incoming_.push_back(incoming);
     return incoming_.back();
+  }
+
+  /// The key is for the message with P1, which comes first.
+  void SetCycle(ReceivedMessage& incoming) const {
+    const can::Message& message = *incoming.message;
+    if (incoming_.empty() && settings_.cycle_ms > 0) {
+      incoming.cycle_ms = settings_.cycle_ms;
+      incoming.cycle_from = "can.command.cycle_ms";
+    } else if (message.cycle_ms > 0) {
+      incoming.cycle_ms = message.cycle_ms;
+      incoming.cycle_from =
+          incoming.database->file + ":" + std::to_string(message.line) + ", GenMsgCycleTime";
+    } else {
+      incoming.cycle_ms = incoming_.empty() ? configuration::kDefaultCycleMs : incoming_.front().cycle_ms;
+      incoming.cycle_from = "the default";
+    }
   }
 
   /// Another message of the files in this group would be read as this one: right for the same of another

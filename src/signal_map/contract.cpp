@@ -97,6 +97,14 @@ Contract::Contract(can::Databases databases, const configuration::Configuration&
       data_rate_ratio_(static_cast<double>(configuration.can.bit_rate_bit_s) /
                        configuration.can.data_bit_rate_bit_s) {
   CheckIdentifiers(incoming_, outgoing_);
+  const ReceivedMessage& command = incoming_.front();
+  const int stated_ms = command.message->cycle_ms;
+  if (configuration.can.command.cycle_ms == 0 || stated_ms == 0 || stated_ms == command.cycle_ms) return;
+  cycle_mismatch_ = configuration.PlaceOf("can.command.cycle_ms") +
+                    ": can.command.cycle_ms = " + std::to_string(command.cycle_ms) + ", but " +
+                    command.database->file + ":" + std::to_string(command.message->line) + ": " +
+                    command.message->name + " has GenMsgCycleTime " + std::to_string(stated_ms) +
+                    "; leave the key out to follow the DBC";
 }
 
 Contract::Contract(const configuration::Configuration& configuration)

@@ -55,8 +55,9 @@ struct ReceivedMessage {
   const can::Database* database = nullptr;
   const can::Message* message = nullptr;
   can::IdPattern pattern;
-  int cycle_ms = 0;   ///< expected
-  std::string place;  ///< where the configuration names it
+  int cycle_ms = 0;        ///< expected
+  std::string cycle_from;  ///< the key, or where in a DBC file: "governor.dbc:12, GenMsgCycleTime"
+  std::string place;       ///< where the configuration names it
   const can::Signal* p1 = nullptr;
   Linear p1_to_psi;
   std::optional<Condition> enable;
@@ -110,6 +111,10 @@ class Contract {
   std::span<const ReceivedMessage> IncomingMessages() const noexcept { return incoming_; }
   /// That message.
   const can::Message& CommandMessage() const noexcept { return *incoming_.front().message; }
+  /// Expected time between two commands [ms].
+  int CommandCycleMs() const noexcept { return incoming_.front().cycle_ms; }
+  /// Where configuration and DBC file differ in it, in words; empty: they do not.
+  const std::string& CycleMismatch() const noexcept { return cycle_mismatch_; }
   /// Whether the frame has that message's identifier. Real-time safe.
   bool IsCommand(const can::Frame& frame) const noexcept {
     return !frame.error && incoming_.front().pattern.Matches(frame.id, frame.extended);
@@ -165,6 +170,7 @@ class Contract {
   can::Databases databases_;
   std::vector<ReceivedMessage> incoming_;
   std::vector<PublishedMessage> outgoing_;
+  std::string cycle_mismatch_;
   double data_rate_ratio_ = 1.0;  ///< nominal to data bit rate of CAN FD
 };
 

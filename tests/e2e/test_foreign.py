@@ -281,3 +281,41 @@ def test_the_log_is_decoded_for_pipelines(recorded):
         if line["message"] == "VDU_Feedback":
             assert line["quantities"]["Lift"] == {"quantity": "x3_in",
                                                   "value": pytest.approx(expected["Lift"] * STROKE_IN / 100)}
+
+
+# --- The command's cycle ---------------------------------------------------------------------------------------------
+
+SLOW_DBC = """VERSION ""
+BU_: GOV VDU
+BO_ 256 EHG_Demand: 8 GOV
+ SG_ P1 : 0|16@1+ (0.01,0) [0|300] "psi" VDU
+BO_ 512 Pos: 8 VDU
+ SG_ X3 : 0|16@1+ (0.001,0) [0|10] "in" GOV
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
+BA_ "GenMsgCycleTime" BO_ 256 50;
+"""
+
+
+def slow_governor(folder, keys=""):
+    (folder / "slow.dbc").write_text(SLOW_DBC)
+    (folder / "slow.toml").write_text(
+        f'[load]\nfile = "{FOREIGN.parents[1] / "load_curve.csv"}"\n[can]\ndbc = ["slow.dbc"]\n[can.command]\n'
+        f'p1 = "EHG_Demand.P1"\n{keys}[[can.publish]]\nmessage = "Pos"\ncycle_ms = 10\nsignals = {{ X3 = "x3_in" }}\n')
+    return folder / "slow.toml"
+
+
+def test_a_cycle_of_the_dbc_is_the_governors(tmp_path):
+    """Commands every 50 ms, as the DBC says: never lost while they come, lost three cycles after the last."""
+    log = tmp_path / "bus.log"
+    log.write_text("".join(f"({1000 + k * 0.05:.6f}) can0 100#1C0C000000000000\n" for k in range(40)))
+    configuration = slow_governor(tmp_path)
+    assert "EHG_Demand" in run("dbc", "-c", configuration).stdout
+    assert "every 50 ms" in run("dbc", "-c", configuration).stdout
+    assert "running (first command), 0 times lost" in run("replay", "-c", configuration, log).stdout
+    told = run("dbc", "-c", slow_governor(tmp_path, "cycle_ms = 20\n")).stdout
+    assert "warning" in told and "can.command.cycle_ms = 20" in told and "GenMsgCycleTime 50" in told
+
+
+def test_more_than_the_bus_carries_is_no_mapping(tmp_path):
+    refused = run("dbc", "-c", slow_governor(tmp_path), "--set", "can.bit_rate_bit_s=10000", status=2)
+    assert "more than the bus carries" in refused.stderr and refused.stderr.count("\n") == 1

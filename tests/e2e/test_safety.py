@@ -111,7 +111,8 @@ def test_silence_drains_and_three_good_frames_recover(governor):
     governor.client.close()
     log = governor.emulator.stop().log
     told = re.findall(r"command: (\w+) from tick (\d+) on, (\w+) before: ([^;\n]*)", log)
-    assert told == [("running", "1", "waiting", "first command"), ("degraded", "701", "running", "no command frame"),
+    lost = "no command frame for 30 ms (three cycles of 10 ms: the default)"
+    assert told == [("running", "1", "waiting", "first command"), ("degraded", "701", "running", lost),
                     ("running", "1301", "degraded", "valid commands again")]
 
 

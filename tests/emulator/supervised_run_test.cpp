@@ -35,7 +35,7 @@ class Directory {
 TaskOptions SupervisedOptions(const testing::DefaultSetup& setup) {
   TaskOptions options = setup.Options();
   options.safety = simulation::LawOf(
-      configuration::Resolved(setup.configuration.safety, setup.configuration.can.command.cycle_ms));
+      configuration::Resolved(setup.configuration.safety, setup.contract.CommandCycleMs()));
   return options;
 }
 

@@ -5,7 +5,7 @@
 
 #include "configuration/load_file.hpp"
 
-namespace servohil::app {
+namespace servohil::configuration {
 
 /// Two curves, by the length of the name: one may lie above the other.
 model::LoadCurve ReadLoadCurve(const std::filesystem::path& file) {
@@ -15,4 +15,4 @@ model::LoadCurve ReadLoadCurve(const std::filesystem::path& file) {
   return model::LoadCurve(points);
 }
 
-}  // namespace servohil::app
+}  // namespace servohil::configuration

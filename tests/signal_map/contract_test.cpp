@@ -219,6 +219,30 @@ TEST(Contract, P1TellsHowFarItMayBeFromWhatWasMeant) {
   EXPECT_NEAR(*full->p1_psi, 300.0, 1e-12);
 }
 
+// A governor of 50 ms was lost after 30 ms, for ever.
+TEST(Contract, TheCommandsCycleIsTheDbcsWhereTheKeyIsNotGiven) {
+  const auto bind = [](const std::string& keys, const std::string& attributes) {
+    return ContractFiles("[can.command]\np1 = \"GOV.P1\"\n" + keys + testing::kNothingPublished,
+                         {"BO_ 1 GOV: 2 X\n SG_ P1 : 0|16@1+ (0.01,0) [0|500] \"psi\" X\n" + attributes})
+        .Bind();
+  };
+  const std::string fifty =
+      "BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\nBA_ \"GenMsgCycleTime\" BO_ 1 50;\n";
+  const Contract stated = bind("", fifty);
+  EXPECT_EQ(stated.CommandCycleMs(), 50);
+  EXPECT_NE(stated.IncomingMessages().front().cycle_from.find("x.dbc:1, GenMsgCycleTime"), std::string::npos);
+  EXPECT_EQ(stated.CycleMismatch(), "");
+  EXPECT_EQ(bind("", "").CommandCycleMs(), 10);
+  EXPECT_EQ(bind("cycle_ms = 20\n", "").CommandCycleMs(), 20);
+  EXPECT_EQ(bind("cycle_ms = 20\n", "").CycleMismatch(), "");
+  const Contract both = bind("cycle_ms = 20\n", fifty);
+  EXPECT_EQ(both.CommandCycleMs(), 20);
+  EXPECT_NE(both.CycleMismatch().find("can.command.cycle_ms = 20, but "), std::string::npos);
+  EXPECT_NE(
+      both.CycleMismatch().find("x.dbc:1: GOV has GenMsgCycleTime 50; leave the key out to follow the DBC"),
+      std::string::npos);
+}
+
 Contract WithTrip(const std::string& trip, const std::string& values) {
   return ContractFiles(
              "[can.command]\np1 = \"GOV.P1\"\ntrip = \"" + trip + "\"\n" + testing::kNothingPublished,
