@@ -34,8 +34,8 @@ class Directory {
 
 TaskOptions SupervisedOptions(const testing::DefaultSetup& setup) {
   TaskOptions options = setup.Options();
-  options.safety = simulation::LawOf(
-      configuration::Resolved(setup.configuration.safety, setup.contract.CommandCycleMs()));
+  options.safety =
+      simulation::LawOf(configuration::Resolved(setup.configuration.safety, setup.contract.CommandCycleMs()));
   return options;
 }
 
