@@ -11,12 +11,12 @@ namespace {
 constexpr std::int64_t kWindowNs = 100'000'000;
 /// Of the others, each with a queue of its own: 1024 frames are more than a quarter of a second at 500
 /// kbit/s.
-constexpr std::ptrdiff_t kMostOfOthers = 1024;
+constexpr std::ptrdiff_t kMaxOfOthers = 1024;
 
 }  // namespace
 
 BusModel::BusModel(const BusModelSettings& settings) : settings_(settings) {
-  waiting_.reserve(settings.queue_length + kMostOfOthers);
+  waiting_.reserve(settings.queue_length + kMaxOfOthers);
 }
 
 std::int64_t BusModel::DurationNs(const Frame& frame) const noexcept {
@@ -30,7 +30,7 @@ bool BusModel::HasRoom(const Frame& frame, From from) noexcept {
                          [&](const Waiting& w) { return w.passed.from == whose; });
   };
   if (from == From::kOthers) {
-    if (of(From::kOthers) < kMostOfOthers) return true;
+    if (of(From::kOthers) < kMaxOfOthers) return true;
     ++statistics_.others_dropped;
     return false;
   }

@@ -59,8 +59,8 @@ BusCondition Worst(const BusCondition& a, const BusCondition& b) noexcept {
 BusMonitor::BusMonitor(std::string name, const BusMonitorSettings& settings)
     : name_(std::move(name)), settings_(settings), backoff_ns_(settings.backoff_ns) {}
 
-std::vector<BusMonitor::Remark> BusMonitor::Look(const BusObservation& seen) {
-  std::vector<Remark> remarks;
+std::vector<BusMonitor::Notice> BusMonitor::Look(const BusObservation& seen) {
+  std::vector<Notice> remarks;
   if (state_since_ns_ == 0) state_since_ns_ = seen.now_ns;
   condition_.error_frames = seen.errors.frames;
   condition_.not_sent = seen.statistics.dropped_queue_full + seen.statistics.dropped_disconnected;
@@ -82,7 +82,7 @@ bool Answers(const Controller& told) noexcept {
 }
 
 /// By error frames at once; by the kernel, which knows better, whenever it was asked.
-void BusMonitor::TakeController(const BusObservation& seen, std::vector<Remark>& remarks) {
+void BusMonitor::TakeController(const BusObservation& seen, std::vector<Notice>& remarks) {
   if (seen.errors.frames != before_.errors.frames) {
     controller_.state = seen.errors.state;
     controller_.tx_errors = seen.errors.tx_errors;
@@ -106,7 +106,7 @@ void BusMonitor::TakeController(const BusObservation& seen, std::vector<Remark>&
   controller_.restart_ms = told.restart_ms;
 }
 
-void BusMonitor::LookAtState(const BusObservation& seen, std::vector<Remark>& remarks) {
+void BusMonitor::LookAtState(const BusObservation& seen, std::vector<Notice>& remarks) {
   TakeController(seen, remarks);
   BusState state = StateOf(controller_.state);
   condition_.tx_errors = controller_.tx_errors;
@@ -138,7 +138,7 @@ void BusMonitor::LookAtState(const BusObservation& seen, std::vector<Remark>& re
   PlanRestart(seen, enters_bus_off, remarks);
 }
 
-void BusMonitor::PlanRestart(const BusObservation& seen, bool enters_bus_off, std::vector<Remark>& remarks) {
+void BusMonitor::PlanRestart(const BusObservation& seen, bool enters_bus_off, std::vector<Notice>& remarks) {
   if (condition_.state != BusState::kBusOff) {
     restart_at_ns_ = kNever;
     return;
@@ -181,7 +181,7 @@ void BusMonitor::LookAtTraffic(const BusObservation& seen) {
   disturbed_frames_ = good ? 0 : disturbed_frames_ + disturbed;
 }
 
-void BusMonitor::LookAtFaults(const BusObservation& seen, std::vector<Remark>& remarks) {
+void BusMonitor::LookAtFaults(const BusObservation& seen, std::vector<Notice>& remarks) {
   const auto total_of = [&](BusFault fault) {
     switch (fault) {
       case BusFault::kBitRateMismatch:
@@ -214,7 +214,7 @@ void BusMonitor::LookAtFaults(const BusObservation& seen, std::vector<Remark>& r
 }
 
 void BusMonitor::LookAtFault(BusFault fault, bool seen_now, std::uint64_t total, const BusObservation& seen,
-                             std::vector<Remark>& remarks) {
+                             std::vector<Notice>& remarks) {
   Episode& episode = episodes_[static_cast<std::size_t>(fault)];
   const auto bit = static_cast<std::uint8_t>(1U << static_cast<unsigned>(fault));
   if (seen_now) episode.last_ns = seen.now_ns;

@@ -44,12 +44,12 @@ class BusMonitor {
  public:
   BusMonitor(std::string name, const BusMonitorSettings& settings);
 
-  struct Remark {
+  struct Notice {
     bool bad;  ///< else: good news
     std::string text;
   };
   /// @return what has changed since the last look, one line each
-  std::vector<Remark> Look(const BusObservation& seen);
+  std::vector<Notice> Look(const BusObservation& seen);
   const BusCondition& Condition() const noexcept { return condition_; }
 
   /// Once for each restart that is due: the controller is to be restarted now.
@@ -63,13 +63,13 @@ class BusMonitor {
     std::uint64_t count_before = 0;  ///< total when it began
   };
 
-  void TakeController(const BusObservation& seen, std::vector<Remark>& remarks);
-  void LookAtState(const BusObservation& seen, std::vector<Remark>& remarks);
+  void TakeController(const BusObservation& seen, std::vector<Notice>& remarks);
+  void LookAtState(const BusObservation& seen, std::vector<Notice>& remarks);
   void LookAtTraffic(const BusObservation& seen);
   void LookAtFault(BusFault fault, bool seen_now, std::uint64_t total, const BusObservation& seen,
-                   std::vector<Remark>& remarks);
-  void LookAtFaults(const BusObservation& seen, std::vector<Remark>& remarks);
-  void PlanRestart(const BusObservation& seen, bool enters_bus_off, std::vector<Remark>& remarks);
+                   std::vector<Notice>& remarks);
+  void LookAtFaults(const BusObservation& seen, std::vector<Notice>& remarks);
+  void PlanRestart(const BusObservation& seen, bool enters_bus_off, std::vector<Notice>& remarks);
   std::string Explain(BusFault fault, const BusObservation& seen, std::uint64_t total) const;
 
   std::string name_;

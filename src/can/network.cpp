@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kRetry{10};  // how often a bus that cannot be polled is asked
 constexpr std::chrono::nanoseconds kEndless = std::chrono::hours(24);
 constexpr short kInput = POLLIN;
-constexpr int kMostAtOnce = 64;  // a flood does not keep the receiver from what has passed
+constexpr int kMaxAtOnce = 64;  // a flood does not keep the receiver from what has passed
 
 }  // namespace
 
@@ -79,7 +79,7 @@ std::optional<Frame> Network::ReceiveNow() noexcept {
 }
 
 std::optional<Frame> Network::ReceiveThroughModel() noexcept {
-  for (int i = 0; i < kMostAtOnce; ++i) {
+  for (int i = 0; i < kMaxAtOnce; ++i) {
     const std::optional<Frame> frame = ReceiveNow();
     if (!frame) break;
     if (frame->error) return frame;

@@ -22,14 +22,14 @@ class ProgressWatch {
     if (!stuck || since_ns_ == 0) since_ns_ = now_ns;
     if (now_ns - since_ns_ < wait_ns_) return false;
     since_ns_ = now_ns;
-    wait_ns_ = std::min(2 * wait_ns_, kMostWaitNs);
+    wait_ns_ = std::min(2 * wait_ns_, kMaxWaitNs);
     return true;
   }
 
  private:
   /// Long beside any bus's longest wait: at 10 kbit/s a frame takes 15 ms.
   static constexpr std::int64_t kFirstWaitNs = 5'000'000'000;
-  static constexpr std::int64_t kMostWaitNs = 60'000'000'000;
+  static constexpr std::int64_t kMaxWaitNs = 60'000'000'000;
 
   std::uint64_t tx_packets_ = 0;
   std::int64_t since_ns_ = 0;

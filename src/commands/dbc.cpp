@@ -11,9 +11,9 @@
 #include "commands/commands.hpp"
 #include "run/bus_setup.hpp"
 #include "run/candump.hpp"
-#include "signal_map/contract.hpp"
 #include "signal_map/json.hpp"
 #include "signal_map/report.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::commands {
 namespace {
@@ -27,11 +27,11 @@ struct DbcOptions {
 using Id = std::pair<bool, std::uint32_t>;  // extended, identifier
 
 /// Of all that the files describe, the message of a frame; null: unknown.
-const can::Message* MessageOf(const signal_map::Contract& contract, const can::Frame& frame) {
-  for (const signal_map::ReceivedMessage& incoming : contract.IncomingMessages()) {
+const can::Message* MessageOf(const signal_map::SignalMap& signal_map, const can::Frame& frame) {
+  for (const signal_map::ReceivedMessage& incoming : signal_map.IncomingMessages()) {
     if (incoming.pattern.Matches(frame.id, frame.extended)) return incoming.message;
   }
-  for (const can::Database& file : contract.Databases().files) {
+  for (const can::Database& file : signal_map.Databases().files) {
     const auto found =
         std::find_if(file.messages.begin(), file.messages.end(), [&](const can::Message& message) {
           return message.id == frame.id && message.extended == frame.extended;
@@ -41,32 +41,33 @@ const can::Message* MessageOf(const signal_map::Contract& contract, const can::F
   return nullptr;
 }
 
-std::string Line(const can::Message& message, const signal_map::Contract& contract, const can::Frame& frame) {
+std::string Line(const can::Message& message, const signal_map::SignalMap& signal_map,
+                 const can::Frame& frame) {
   if (frame.remote) return message.name + ": remote request";
   if (int{frame.size} < message.size_bytes)
     return message.name + base::Formatted(": %d of its %d bytes", int{frame.size}, message.size_bytes);
-  const std::string meaning = signal_map::DescribeMeaning(contract, frame);
+  const std::string meaning = signal_map::DescribeMeaning(signal_map, frame);
   return message.name + ": " + signal_map::DescribeFrame(message, frame) +
          (meaning.empty() ? "" : "  => " + meaning);
 }
 
 /// Each frame that the files describe, an object a line.
-void DecodeLogToJson(const DbcOptions& options, const signal_map::Contract& contract) {
+void DecodeLogToJson(const DbcOptions& options, const signal_map::SignalMap& signal_map) {
   for (const auto& [frame, interface, line_number] : run::ReadCandump(options.log)) {
-    const can::Message* const message = MessageOf(contract, frame);
+    const can::Message* const message = MessageOf(signal_map, frame);
     if (message == nullptr) continue;
-    nlohmann::json line = signal_map::FrameToJson(*message, contract, frame);
+    nlohmann::json line = signal_map::FrameToJson(*message, signal_map, frame);
     line["time_s"] = static_cast<double>(frame.receive_time_ns) / 1e9;
     std::cout << line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
   }
 }
 
-void DecodeLog(const DbcOptions& options, const signal_map::Contract& contract) {
+void DecodeLog(const DbcOptions& options, const signal_map::SignalMap& signal_map) {
   std::map<std::string, unsigned long long> known;
   std::map<Id, unsigned long long> unknown;
   const std::vector<run::LoggedFrame> frames = run::ReadCandump(options.log);
   for (const auto& [frame, interface, line_number] : frames) {
-    const can::Message* const message = MessageOf(contract, frame);
+    const can::Message* const message = MessageOf(signal_map, frame);
     if (message == nullptr) {
       ++unknown[{frame.extended, frame.id}];
       continue;
@@ -74,7 +75,7 @@ void DecodeLog(const DbcOptions& options, const signal_map::Contract& contract) 
     ++known[message->name];
     const double t_s =
         static_cast<double>(frame.receive_time_ns - frames.front().frame.receive_time_ns) / 1e9;
-    std::cout << base::Formatted("%12.6f  ", t_s) << Line(*message, contract, frame) << '\n';
+    std::cout << base::Formatted("%12.6f  ", t_s) << Line(*message, signal_map, frame) << '\n';
   }
   std::cout << "frames  ";
   for (const auto& [name, count] : known) std::cout << name << ' ' << count << ", ";
@@ -98,21 +99,21 @@ void AddDbcCommand(CLI::App& program, int& exit_status) {
   command.add_flag("--json", options->json, "for pipelines: all in one object; of a log an object a line");
   command.callback([options, &exit_status] {
     const configuration::Configuration configuration = options->configuration.Load();
-    const signal_map::Contract contract(configuration);
+    const signal_map::SignalMap signal_map(configuration);
     if (options->json && options->log.empty()) {
-      std::cout << signal_map::ContractToJson(contract, configuration.can)
+      std::cout << signal_map::SignalMapToJson(signal_map, configuration.can)
                        .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
                 << '\n';
     } else if (options->json) {
-      DecodeLogToJson(*options, contract);
+      DecodeLogToJson(*options, signal_map);
     } else if (options->log.empty()) {
-      std::cout << signal_map::DescribeContract(contract, configuration.can);
-      if (!contract.CycleMismatch().empty()) std::cout << "warning  " << contract.CycleMismatch() << '\n';
+      std::cout << signal_map::DescribeSignalMap(signal_map, configuration.can);
+      if (!signal_map.CycleMismatch().empty()) std::cout << "warning  " << signal_map.CycleMismatch() << '\n';
     } else {
-      DecodeLog(*options, contract);
+      DecodeLog(*options, signal_map);
     }
     std::cout << std::flush;
-    if (options->log.empty()) run::RequireBusCarries(contract, configuration.can);
+    if (options->log.empty()) run::RequireBusCarries(signal_map, configuration.can);
     exit_status = base::kExitOk;
   });
 }

@@ -19,7 +19,7 @@
 #include "run/report.hpp"
 #include "run/scripted_run.hpp"
 #include "run/snapshot_file.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::commands {
 namespace {
@@ -39,7 +39,7 @@ using Count = unsigned long long;  // for printf
 struct Rerun {
   configuration::Configuration configuration;
   std::optional<emulator::Snapshot> from;
-  std::vector<recording::Influence> script;
+  std::vector<recording::Stimulus> script;
   std::uint64_t end_tick = 0;
 };
 
@@ -49,15 +49,15 @@ std::uint64_t EndTick(const ReplayOptions& options, std::uint64_t last_tick) {
   return std::min(until, last_tick);
 }
 
-/// Runs it, recording if asked to; `after_tick(telemetry)` as in RunScript. @return the end
+/// Runs it, recording if asked to; `after_tick(run_state)` as in RunScript. @return the end
 template <typename AfterTick>
-simulation::Telemetry RunAgain(const Rerun& rerun, const run::RecordingOptions& recording,
-                               AfterTick&& after_tick) {
+simulation::RunState RunAgain(const Rerun& rerun, const run::RecordingOptions& recording,
+                              AfterTick&& after_tick) {
   const model::Derived derived(rerun.configuration.model);
   const model::SteadyState start =
       configuration::RequireSteadyStateAt(derived, rerun.configuration.start_x3_in);
-  const signal_map::Contract contract(rerun.configuration);
-  const auto recorder = recording.Open(configuration::DescribeConfiguration(rerun.configuration), contract,
+  const signal_map::SignalMap signal_map(rerun.configuration);
+  const auto recorder = recording.Open(configuration::DescribeConfiguration(rerun.configuration), signal_map,
                                        "fast", rerun.from, {});
   emulator::TaskOptions options;
   const std::uint64_t first_tick = rerun.from ? rerun.from->sample.tick : 0;
@@ -75,15 +75,15 @@ simulation::Telemetry RunAgain(const Rerun& rerun, const run::RecordingOptions& 
   return task->Now();
 }
 
-/// The last tick of the run, or of what is left of it, up to which all influences are known.
+/// The last tick of the run, or of what is left of it, up to which all stimuli are known.
 std::uint64_t LastKnownTick(const recording::RecordingReader& recording) {
   std::uint64_t last = 0;
-  std::vector<simulation::Telemetry> one(1);
+  std::vector<simulation::RunState> one(1);
   if (recording.SampleCount() > 0 && recording.ReadSamples(recording.SampleCount() - 1, one) == 1)
     last = one[0].sample.tick;
   if (recording.End()) last = std::max(last, recording.End()->final_tick);
   for (const recording::RecordingGap& gap : recording.Gaps()) {
-    if (gap.stream != recording::RecordedStream::kInfluences || gap.tick > last) continue;
+    if (gap.stream != recording::RecordedStream::kStimuli || gap.tick > last) continue;
     std::cout << base::Formatted("commands or faults were lost at tick %llu: the replay ends there\n",
                                  Count{gap.tick});
     last = gap.tick - 1;
@@ -104,13 +104,13 @@ void TellWhatItIs(const recording::RecordingReader& recording) {
 }
 
 /// Whether the replay ends where the run did, but in another state: between recorded samples, too.
-bool EndsDifferently(const recording::RecordingReader& recording, const simulation::Telemetry& end) {
+bool EndsDifferently(const recording::RecordingReader& recording, const simulation::RunState& end) {
   return recording.End() && recording.End()->final_tick == end.sample.tick &&
          recording.End()->final_state_hash != end.sample.state_hash;
 }
 
 int TellIdentity(const recording::RecordingReader& recording, const run::Comparison& comparison,
-                 const simulation::Telemetry& end) {
+                 const simulation::RunState& end) {
   if (const auto& d = comparison.FirstDifference()) {
     std::cout << base::Formatted("differs from tick %llu (%.4f s) on: ", Count{d->tick},
                                  model::SecondsOf(d->tick))
@@ -153,7 +153,7 @@ class ScenarioOfRecording {
     return file == nullptr ? nullptr : std::make_unique<ScenarioOfRecording>(*file);
   }
 
-  void Take(const simulation::Telemetry& now) { evaluation_.Take(now); }
+  void Take(const simulation::RunState& now) { evaluation_.Take(now); }
   int Report(const run::ScenarioOptions& options, std::vector<std::string> invalid_because) const {
     return options.Report(scenario_, evaluation_.Judge(std::move(invalid_because)));
   }
@@ -169,7 +169,7 @@ std::vector<std::string> WhyRecordingIsInvalid(const recording::RecordingReader&
   std::vector<std::string> reasons;
   if (what_if) return reasons;
   if (!recording.Complete()) reasons.emplace_back("the recording is incomplete");
-  std::vector<simulation::Telemetry> last(1);
+  std::vector<simulation::RunState> last(1);
   if (recording.SampleCount() == 0 || recording.ReadSamples(recording.SampleCount() - 1, last) != 1)
     return reasons;
   last[0].sample.model_fault = false;  // for the expectations to tell
@@ -197,7 +197,7 @@ int ReplayRecording(const ReplayOptions& options) {
   rerun.configuration = configuration::LoadConfiguration(texts.File(), options.configuration.settings);
   if (const std::string& text = reader.Attributes().start_snapshot; !text.empty())
     rerun.from = run::ParseSnapshotText(text, reader.File().string());
-  rerun.script = reader.Influences();
+  rerun.script = reader.Stimuli();
   rerun.end_tick = EndTick(options, LastKnownTick(reader));
   const bool what_if = !options.configuration.settings.empty();
   run::RecordingOptions recording = options.recording;
@@ -205,7 +205,7 @@ int ReplayRecording(const ReplayOptions& options) {
 
   const auto scenario = ScenarioOfRecording::Open(options.scenario);
   run::Comparison comparison(reader);
-  const simulation::Telemetry end = RunAgain(rerun, recording, [&](const simulation::Telemetry& now) {
+  const simulation::RunState end = RunAgain(rerun, recording, [&](const simulation::RunState& now) {
     comparison.Take(now);
     if (scenario) scenario->Take(now);
     return what_if || !comparison.FirstDifference();
@@ -224,20 +224,20 @@ int ReplayLog(const ReplayOptions& options) {
   std::vector<run::LoggedFrame> logged = run::ReadCandump(options.path);
   if (logged.empty()) throw base::UsageError(options.path.string() + ": there is no frame in it");
   const configuration::Configuration configuration = options.configuration.Load();
-  const signal_map::Contract contract(configuration);
-  logged = run::FramesOfInterface(std::move(logged), options.interface, contract, options.path);
+  const signal_map::SignalMap signal_map(configuration);
+  logged = run::FramesOfInterface(std::move(logged), options.interface, signal_map, options.path);
   const std::vector<run::FrameAfter> frames = run::OnTimeLine(logged, options.path);
   if (std::none_of(frames.begin(), frames.end(),
-                   [&](const auto& one) { return contract.IsCommand(one.frame); })) {
+                   [&](const auto& one) { return signal_map.IsCommand(one.frame); })) {
     throw base::UsageError(options.path.string() +
                            base::Formatted(": there is no command frame in it: identifier 0x%X of ",
-                                           contract.CommandMessage().id) +
-                           contract.IncomingMessages().front().database->file);
+                                           signal_map.CommandMessage().id) +
+                           signal_map.IncomingMessages().front().database->file);
   }
   const configuration::SafetySettings safety =
-      configuration::Resolved(configuration.safety, contract.CommandCycleMs());
-  const auto recorder = options.recording.Open(configuration::DescribeConfiguration(configuration), contract,
-                                               "fast", std::nullopt, {});
+      configuration::Resolved(configuration.safety, signal_map.CommandCycleMs());
+  const auto recorder = options.recording.Open(configuration::DescribeConfiguration(configuration),
+                                               signal_map, "fast", std::nullopt, {});
   emulator::TaskOptions task_options;
   task_options.duration_ticks = EndTick(options, frames.back().ticks + 1);
   task_options.safety = simulation::LawOf(safety);
@@ -246,9 +246,9 @@ int ReplayLog(const ReplayOptions& options) {
   emulator::SimulationTask task(configuration.model,
                                 configuration::RequireSteadyStateAt(derived, configuration.start_x3_in),
                                 task_options);
-  emulator::Receiver receiver(contract,
-                              emulator::GuardOf(contract, safety, contract.CommandCycleMs(),
-                                                configuration.can.command.max_counter_jump),
+  emulator::Receiver receiver(signal_map,
+                              emulator::ValidatorOf(signal_map, safety, signal_map.CommandCycleMs(),
+                                                    configuration.can.command.max_counter_jump),
                               task, nullptr, 1, emulator::FrameClock::kSimulated);
   run::RunLog(task, receiver, frames, [] { return true; });
   run::Verdict verdict = run::JudgeRun(task.Now(), 0);

@@ -36,11 +36,11 @@ struct SimulateOptions {
 };
 
 /// P1 over time: the steady state's, then each value from its tick on.
-std::vector<recording::Influence> P1Over(double rest_psi, const SimulateOptions& options) {
-  std::vector<recording::Influence> changes = {
+std::vector<recording::Stimulus> P1Over(double rest_psi, const SimulateOptions& options) {
+  std::vector<recording::Stimulus> changes = {
       run::CommandAfter(0, rest_psi + options.p1_step_psi.value_or(0.0))};
   if (options.p1_file.empty()) return changes;
-  const std::vector<recording::Influence> script = run::ReadP1Script(options.p1_file);
+  const std::vector<recording::Stimulus> script = run::ReadP1Script(options.p1_file);
   changes.insert(changes.end(), script.begin(), script.end());
   return changes;
 }
@@ -116,8 +116,8 @@ int Report(const simulation::Sample& end) {
 std::unique_ptr<recording::Recorder> OpenRecording(const SimulateOptions& options,
                                                    const configuration::Configuration& configuration) {
   if (options.recording.directory.empty()) return nullptr;
-  const signal_map::Contract contract(configuration);
-  return options.recording.Open(configuration::DescribeConfiguration(configuration), contract, "fast",
+  const signal_map::SignalMap signal_map(configuration);
+  return options.recording.Open(configuration::DescribeConfiguration(configuration), signal_map, "fast",
                                 std::nullopt, {});
 }
 
@@ -132,8 +132,8 @@ int Simulate(const SimulateOptions& options) {
   const model::SteadyState start = configuration::RequireSteadyStateAt(derived, configuration.start_x3_in);
   std::optional<scenario::SimulatedRun> scenario;
   if (file) scenario.emplace(*file, configuration, start);
-  const std::vector<recording::Influence> script =
-      file ? std::vector<recording::Influence>{} : P1Over(start.p1_psi, options);
+  const std::vector<recording::Stimulus> script =
+      file ? std::vector<recording::Stimulus>{} : P1Over(start.p1_psi, options);
   const auto recorder = OpenRecording(options, configuration);
   emulator::TaskOptions task_options;
   task_options.duration_ticks = model::TicksOf(options.duration_s);

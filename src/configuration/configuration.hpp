@@ -11,8 +11,8 @@
 #include <variant>
 #include <vector>
 
-#include "configuration/contract_settings.hpp"
 #include "configuration/safety_settings.hpp"
+#include "configuration/signal_map_settings.hpp"
 #include "model/parameters.hpp"
 
 namespace servohil::configuration {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "configuration/contract_settings.hpp"
+#include "configuration/signal_map_settings.hpp"
 
 namespace servohil::configuration {
 

@@ -23,7 +23,7 @@ struct RunTexts {
 std::uint64_t Fnv1a(std::string_view text, std::uint64_t hash = 0xCBF2'9CE4'8422'2325U) noexcept;
 
 /// Fnv1a over configuration, DBC files and both load tables, each followed by a zero byte. Runs of the same
-/// hash had the same model and the same contract.
+/// hash had the same model and the same signal_map.
 std::uint64_t ConfigurationHash(const RunTexts& texts);
 
 /// The configuration with the files that it names, as they are now.

@@ -55,9 +55,9 @@ std::string DescribeTomlError(const toml::parse_error& error, std::string_view t
   const std::uint32_t line = error.source().begin.line;
   std::string place = file;
   if (line != 0) place += ":" + std::to_string(line);
-  constexpr std::size_t kMostShown = 80;
+  constexpr std::size_t kMaxShown = 80;
   const bool is_text = error.description().find("utf-8") == std::string_view::npos;
-  const std::string shown = is_text ? LineOf(text, line).substr(0, kMostShown) : std::string();
+  const std::string shown = is_text ? LineOf(text, line).substr(0, kMaxShown) : std::string();
   return place + ": " + (shown.empty() ? "" : shown + ": ") + std::string(Core(error.description())) +
          AdviceFor(error.description());
 }

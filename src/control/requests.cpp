@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kMostShown = 60;  // of what somebody else wrote
+constexpr std::size_t kMaxShown = 60;  // of what somebody else wrote
 
 /// Ends the understanding of a request: its answer.
 struct Refusal {
@@ -50,7 +50,7 @@ fault_words::Words WordsOf(const Json& request) {
     } else if (value.is_string()) {
       words.emplace_back(name, value.get<std::string>());
     } else {
-      Reject(name.substr(0, kMostShown) + ": must be a number or a text");
+      Reject(name.substr(0, kMaxShown) + ": must be a number or a text");
     }
   }
   return words;
@@ -97,9 +97,9 @@ std::size_t RequireQuantity(const Json& name) {
 }
 
 Subscription UnderstandSubscribe(const Json& request) {
-  constexpr double kMostMs = 60'000.0;
+  constexpr double kMaxMs = 60'000.0;
   if (!request.contains("every_ms")) Reject("\"every_ms\" is missing");
-  const double ms = RequireNumber("every_ms", request["every_ms"], 1.0, kMostMs, "ms");
+  const double ms = RequireNumber("every_ms", request["every_ms"], 1.0, kMaxMs, "ms");
   Subscription subscription;
   subscription.every_ticks = static_cast<std::uint64_t>(std::llround(ms * model::kTicksPerMs));
   if (!request.contains("quantities")) {
@@ -186,7 +186,7 @@ Json ToJson(const simulation::Answer& answer) {
   switch (answer.result) {
     case simulation::Answer::Result::kNoRoom:
       return Rejected(base::Formatted("%zu faults are as many as there can be at once: clear one",
-                                      fault::Schedule::kMostInjections));
+                                      fault::Schedule::kMaxInjections));
     case simulation::Answer::Result::kNoSuchFault:
       return Rejected("this fault is not injected");
     case simulation::Answer::Result::kNoSnapshot:
@@ -201,7 +201,7 @@ Json ToJson(const simulation::Answer& answer) {
 }
 
 std::string SampleLine(const std::string& id, const Subscription& subscription,
-                       const simulation::Telemetry& now, std::uint64_t dropped) {
+                       const simulation::RunState& now, std::uint64_t dropped) {
   Json sample = {{"result", "SAMPLE"}, {"time_s", model::SecondsOf(now.sample.tick)}, {"dropped", dropped}};
   for (const std::size_t which : subscription.quantities) {
     const simulation::Quantity& quantity = simulation::Quantities()[which];
@@ -221,7 +221,7 @@ Json InjectionToJson(const fault::Injection& injection, std::uint64_t tick,
     parameters[spec.parameters[i].name] = injection.values[i];
   if (injection.target != fault::Injection::kEverything)
     parameters[spec.HasSignal() ? "signal" : "message"] =
-        fault_words::TargetName(spec, injection.target, context.contract);
+        fault_words::TargetName(spec, injection.target, context.signal_map);
   if (spec.random) parameters["seed"] = injection.seed;
   const auto seconds_or_null = [](std::uint64_t ticks) {
     return ticks == 0 ? Json(nullptr) : Json(model::SecondsOf(ticks));

@@ -11,7 +11,7 @@
 
 #include "fault_words/permissions.hpp"
 #include "simulation/request.hpp"
-#include "simulation/telemetry.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::control {
 
@@ -41,7 +41,7 @@ std::string AnswerLine(const std::string& id, const nlohmann::json& answer);
 
 /// A sample as a line. @param dropped  how many of this subscription were lost since it began
 std::string SampleLine(const std::string& id, const Subscription& subscription,
-                       const simulation::Telemetry& now, std::uint64_t dropped);
+                       const simulation::RunState& now, std::uint64_t dropped);
 
 /// Answers, without "id".
 nlohmann::json Rejected(const std::string& reason);

@@ -27,12 +27,12 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kMostClients = 16;
+constexpr std::size_t kMaxClients = 16;
 constexpr std::size_t kLongestLine = 4'096;
-constexpr std::size_t kMostOutput = std::size_t{256} * 1'024;
-constexpr std::size_t kMostSamples = std::size_t{64} * 1'024;  // bytes of samples that wait to be read
-constexpr int kMostReadsAtOnce = 4;
-constexpr std::size_t kMostAsked = 60;  // fewer than the simulation's answers have room
+constexpr std::size_t kMaxOutput = std::size_t{256} * 1'024;
+constexpr std::size_t kMaxSamples = std::size_t{64} * 1'024;  // bytes of samples that wait to be read
+constexpr int kMaxReadsAtOnce = 4;
+constexpr std::size_t kMaxAsked = 60;  // fewer than the simulation's answers have room
 
 std::string Reason() {
   return std::generic_category().message(errno);
@@ -63,7 +63,7 @@ void Bind(int fd, const std::filesystem::path& path) {
   const mode_t before = umask(0117);
   const bool bound = bind(fd, AsGeneric(address), sizeof address) == 0;
   umask(before);
-  if (!bound || listen(fd, kMostClients) != 0)
+  if (!bound || listen(fd, kMaxClients) != 0)
     throw base::EnvironmentError(path.string() + ": no control socket can be made here: " + Reason());
   if (const group* servohil = getgrnam("servohil")) {
     // Without the right to it the socket stays the user's own.
@@ -106,11 +106,11 @@ void Server::AddTo(std::vector<pollfd>& descriptors) const {
   }
 }
 
-void Server::Serve(simulation::Telemetry& now, const std::vector<can::BusReport>& buses) {
+void Server::Serve(simulation::RunState& now, const std::vector<can::BusReport>& buses) {
   now_ = &now;
   buses_ = buses;
   ServeClients();
-  AcceptWhoCame();
+  AcceptPendingClients();
 }
 
 void Server::ServeClients() {
@@ -128,15 +128,15 @@ void Server::ServeClients() {
   ChooseSamples();
 }
 
-void Server::AcceptWhoCame() {
-  constexpr int kMostAtOnce = 64;
-  for (int i = 0; i < kMostAtOnce; ++i) {
+void Server::AcceptPendingClients() {
+  constexpr int kMaxAtOnce = 64;
+  for (int i = 0; i < kMaxAtOnce; ++i) {
     Client client;
     client.fd = accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (client.fd < 0) return;
     // Whoever had gone before this one came makes room for it.
-    if (clients_.size() == kMostClients) ServeClients();
-    if (clients_.size() == kMostClients) {
+    if (clients_.size() == kMaxClients) ServeClients();
+    if (clients_.size() == kMaxClients) {
       Refuse(client.fd);
       continue;
     }
@@ -157,7 +157,7 @@ void Server::Refuse(int fd) {
 
 void Server::Read(Client& client) {
   std::array<char, kLongestLine> bytes{};
-  for (int i = 0; i < kMostReadsAtOnce && !client.ended; ++i) {
+  for (int i = 0; i < kMaxReadsAtOnce && !client.ended; ++i) {
     const ssize_t size = recv(client.fd, bytes.data(), bytes.size(), 0);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
     client.ended = size <= 0;
@@ -190,7 +190,7 @@ void Server::TakeLine(Client& client, std::string_view line) {
   }
 }
 
-int Server::LookAgainMs() const noexcept {
+int Server::PollTimeoutMs() const noexcept {
   constexpr int kAnswerMs = 1;    // while the simulation is to answer
   constexpr int kSamplesMs = 10;  // for a hundredth of the samples that there is room for
   constexpr int kIdleMs = 100;
@@ -217,7 +217,7 @@ void Server::ChooseSamples() {
 }
 
 void Server::PassSamplesOn() {
-  simulation::Telemetry sample;
+  simulation::RunState sample;
   while (emulator_.TryPopSample(sample)) {
     for (Client& client : clients_) {
       const std::uint64_t every = client.subscription.every_ticks;
@@ -227,8 +227,8 @@ void Server::PassSamplesOn() {
 }
 
 /// A sample that finds no room is dropped; the next one tells how many were.
-void Server::PassOn(const simulation::Telemetry& sample, Client& client) {
-  if (client.ended || client.output.size() > kMostSamples) return;
+void Server::PassOn(const simulation::RunState& sample, Client& client) {
+  if (client.ended || client.output.size() > kMaxSamples) return;
   const std::uint64_t tick = sample.sample.tick;
   const std::uint64_t every = client.subscription.every_ticks;
   if (client.sampled_tick != 0) client.dropped_samples += (tick - client.sampled_tick) / every - 1;
@@ -261,7 +261,7 @@ Json Server::AnswerTo(Question question) {
 void Server::Ask(Client& client, const RequestLine& line) {
   simulation::Request request = std::get<simulation::Request>(line.asks);
   request.number = next_request_++;
-  if (asked_.size() < kMostAsked && emulator_.PutRequest(request)) {
+  if (asked_.size() < kMaxAsked && emulator_.PutRequest(request)) {
     asked_.push_back({request.number, client.number, line.id, line.warning});
   } else {
     Reply(client, line.id, Rejected("too many requests wait already"));
@@ -295,7 +295,7 @@ bool Server::IsOwed(const Client& client) const {
 
 void Server::Reply(Client& client, const std::string& id, const Json& answer) {
   const std::string text = AnswerLine(id, answer);
-  if (client.output.size() + text.size() > kMostOutput) {  // does not read
+  if (client.output.size() + text.size() > kMaxOutput) {  // does not read
     client.lost = true;
     return;
   }

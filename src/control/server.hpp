@@ -18,7 +18,7 @@
 #include "can/bus_monitor.hpp"
 #include "control/requests.hpp"
 #include "emulator/emulator.hpp"
-#include "simulation/telemetry.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::control {
 
@@ -36,14 +36,14 @@ class Server {
   /// The descriptors to poll.
   void AddTo(std::vector<pollfd>& descriptors) const;
   /// After how long to look again when nothing comes [ms].
-  int LookAgainMs() const noexcept;
+  int PollTimeoutMs() const noexcept;
   /// What answers `statistics`. @param ask  must not outlive what it refers to
   void AnswerStatisticsBy(std::function<nlohmann::json()> ask) { statistics_ = std::move(ask); }
   /// From now on.
   void Permit(fault_words::Permissions permissions) { permissions_ = std::move(permissions); }
   /// Takes and answers what there is. Never blocks. @param now  the newest state, made newer where somebody
   /// asks: an answer is never older than its question @param buses  of the buses
-  void Serve(simulation::Telemetry& now, const std::vector<can::BusReport>& buses);
+  void Serve(simulation::RunState& now, const std::vector<can::BusReport>& buses);
 
  private:
   struct Client {
@@ -67,7 +67,7 @@ class Server {
   };
 
   void ServeClients();
-  void AcceptWhoCame();
+  void AcceptPendingClients();
   static void Refuse(int fd);
   void Read(Client& client);
   void TakeLine(Client& client, std::string_view line);
@@ -77,7 +77,7 @@ class Server {
   void Subscribe(Client& client, std::string id, Subscription subscription);
   void ChooseSamples();
   void PassSamplesOn();
-  static void PassOn(const simulation::Telemetry& sample, Client& client);
+  static void PassOn(const simulation::RunState& sample, Client& client);
   bool IsOwed(const Client& client) const;
   static void Reply(Client& client, const std::string& id, const nlohmann::json& answer);
   static void Write(Client& client);
@@ -90,7 +90,7 @@ class Server {
   std::deque<Asked> asked_;
   std::uint64_t next_request_ = 1;
   std::uint64_t next_client_ = 1;
-  simulation::Telemetry* now_ = nullptr;  ///< while it serves
+  simulation::RunState* now_ = nullptr;  ///< while it serves
   std::vector<can::BusReport> buses_;
   fault::Schedule faults_;
   std::function<nlohmann::json()> statistics_ = [] { return nlohmann::json::object(); };

@@ -23,7 +23,7 @@ nlohmann::json SafetyToJson(const simulation::Status& status) {
 
 }  // namespace
 
-nlohmann::json StatusToJson(const simulation::Telemetry& now) {
+nlohmann::json StatusToJson(const simulation::RunState& now) {
   const simulation::Sample& s = now.sample;
   return {{"result", "OK"},
           {"tick", s.tick},
@@ -49,10 +49,10 @@ nlohmann::json StatusToJson(const simulation::Telemetry& now) {
 
 nlohmann::json SaturatedToJson(const emulator::Emulator& emulator) {
   nlohmann::json saturated = nlohmann::json::object();
-  const signal_map::Contract& contract = emulator.Frames();
-  for (std::size_t i = 0; i < contract.MessageCount(); ++i) {
+  const signal_map::SignalMap& signal_map = emulator.Frames();
+  for (std::size_t i = 0; i < signal_map.MessageCount(); ++i) {
     if (const std::uint64_t frames = emulator.Sent().saturated[i].load(); frames > 0)
-      saturated[contract.MessageOf(i).name] = frames;
+      saturated[signal_map.MessageOf(i).name] = frames;
   }
   return saturated;
 }

@@ -28,38 +28,39 @@ constexpr int kLookForDelayedMs = 1;
 constexpr int kLookForRequestsMs = 2;  ///< in lockstep, where no tick does
 
 /// In lockstep each answer has every message, whatever its cycle.
-TaskOptions TaskOptionsOf(const EmulatorOptions& options, const signal_map::Contract& contract) {
+TaskOptions TaskOptionsOf(const EmulatorOptions& options, const signal_map::SignalMap& signal_map) {
   TaskOptions task = options.task;
   task.safety = simulation::LawOf(options.safety);
   if (options.clock == Clock::kReal) {
-    task.cycle_ticks = contract.Cycles();
+    task.cycle_ticks = signal_map.Cycles();
     task.max_age_ns = options.safety.max_age_ms * base::kNsPerMs;
     task.stall = [](double ms) noexcept {
       base::SleepUntil(base::MonotonicNs() + static_cast<std::int64_t>(ms * double{base::kNsPerMs}));
     };
   }
-  task.tell_lateness = contract.MessagesCarrying("recent_lateness_ms");
+  task.tell_lateness = signal_map.MessagesCarrying("recent_lateness_ms");
   return task;
 }
 
 }  // namespace
 
 Emulator::Emulator(const model::Parameters& parameters, const model::SteadyState& start,
-                   const signal_map::Contract& contract, can::Network& network,
+                   const signal_map::SignalMap& signal_map, can::Network& network,
                    const EmulatorOptions& options)
-    : contract_(contract),
+    : signal_map_(signal_map),
       network_(network),
       options_(options),
-      task_(std::make_unique<SimulationTask>(parameters, start, TaskOptionsOf(options, contract))),
+      task_(std::make_unique<SimulationTask>(parameters, start, TaskOptionsOf(options, signal_map))),
       receiver_(std::make_unique<Receiver>(
-          contract, GuardOf(contract, options.safety, options.command_cycle_ms, options.max_counter_jump),
-          *task_, options.task.recorder, network.Buses().size(),
+          signal_map,
+          ValidatorOf(signal_map, options.safety, options.command_cycle_ms, options.max_counter_jump), *task_,
+          options.task.recorder, network.Buses().size(),
           options.clock == Clock::kReal ? FrameClock::kReal : FrameClock::kSimulated)),
-      sender_(std::make_unique<Sender>(contract, *task_, network, options.task.recorder)),
+      sender_(std::make_unique<Sender>(signal_map, *task_, network, options.task.recorder)),
       loop_(options.task.loop.wake_ticks * model::kTickNs,
             static_cast<std::uint64_t>(options.task.loop.grace_ms * model::kTicksPerMs /
                                        options.task.loop.wake_ticks)),
-      as_listed_(contract.MessageCount()),
+      as_listed_(signal_map.MessageCount()),
       finished_fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   if (finished_fd_ < 0) throw base::EnvironmentError("no event descriptor: too many open files");
   std::iota(as_listed_.begin(), as_listed_.end(), std::size_t{0});
@@ -74,7 +75,7 @@ rt::Shortcomings Emulator::Start() {
   if (options_.clock == Clock::kReal) {
     StartRealTime();
   } else {
-    if (options_.lockstep_bus) lockstep_bus_.emplace(contract_, *options_.lockstep_bus);
+    if (options_.lockstep_bus) lockstep_bus_.emplace(signal_map_, *options_.lockstep_bus);
     simulation_thread_ = std::thread([this] { RunLockstep(); });
   }
   return shortcomings_;
@@ -145,7 +146,7 @@ void Emulator::RunSimulation() {
   loop_.Run(
       stop_,
       [this](const rt::LoopTiming& timing) noexcept {
-        turns_.store(timing.wakes, std::memory_order_relaxed);
+        loop_iterations_.store(timing.wakes, std::memory_order_relaxed);
         return task_->Wake(timing);
       },
       first_deadline_ns_);
@@ -171,8 +172,8 @@ void Emulator::RunSender() {
   const std::int64_t first_ns = first_deadline_ns_ + kSenderDelayNs;
   const std::int64_t looks_every_ns =
       options_.fault_port != nullptr ? kResponsesEveryNs : kSenderLooksEveryNs;
-  const SenderSchedule schedule(contract_.Cycles(), static_cast<std::uint64_t>(options_.task.loop.wake_ticks),
-                                task_->FirstTick(),
+  const SenderSchedule schedule(signal_map_.Cycles(),
+                                static_cast<std::uint64_t>(options_.task.loop.wake_ticks), task_->FirstTick(),
                                 static_cast<std::uint64_t>(std::max(looks_every_ns / period_ns, kOneWake)));
   std::uint64_t wake = 1;
   while (!stop_sender_.load(std::memory_order_relaxed)) {
@@ -199,7 +200,7 @@ void Emulator::RunLockstep() {
 /// What it asks of faults is answered here, at once: no time need pass for it. Empty: none came for a while.
 std::optional<can::Frame> Emulator::NextInLockstep() noexcept {
   const std::optional<can::Frame> frame = network_.Receive(kLookForRequestsMs);
-  turns_.fetch_add(1, std::memory_order_relaxed);
+  loop_iterations_.fetch_add(1, std::memory_order_relaxed);
   task_->ServeRequests();
   if (!frame || frame->error) return frame;
   TakeFaultRequest(*frame);
@@ -228,7 +229,7 @@ bool Emulator::FollowOnModelledBus(const can::Frame& frame) noexcept {
   std::uint64_t tick = task_->Now().sample.tick;
   lockstep_bus_->Offer(frame, tick);
   const bool is_command =
-      !frame.remote && contract_.IncomingMessages().front().pattern.Matches(frame.id, frame.extended);
+      !frame.remote && signal_map_.IncomingMessages().front().pattern.Matches(frame.id, frame.extended);
   if (!LetsTimePass(frame, is_command)) return true;
   const std::uint64_t end = tick + static_cast<std::uint64_t>(options_.lockstep.ticks);
   const std::uint64_t valid_before = receiver_->ValidCommands();
@@ -267,7 +268,7 @@ void Emulator::SendFaultResponses() noexcept {
 void Emulator::SendFaultResponse(const can::Frame& frame) noexcept {
   const bool sent = network_.Send(frame) == can::SendResult::kSent;
   recording::Recorder* recorder = options_.task.recorder;
-  if (sent && recorder != nullptr) recorder->RecordSent(task_->Clock(), simulation::kMostMessages, frame);
+  if (sent && recorder != nullptr) recorder->RecordSent(task_->Clock(), simulation::kMaxMessages, frame);
 }
 
 /// A valid command is never late: time waits for it. A cycle without one is silence.

@@ -2,9 +2,9 @@
 /// The running emulator: its threads and the channels between them.
 ///
 /// In real time, three threads:
-///   network → [can_rx] decode ─ Command ▶ mailbox ▶ [sim] tick ─ Telemetry ▶ ring ▶ [can_tx] encode →
+///   network → [can_rx] decode ─ Command ▶ mailbox ▶ [sim] tick ─ RunState ▶ ring ▶ [can_tx] encode →
 ///   network
-///                                                     └─ Telemetry ▶ mailbox ▶ whoever watches
+///                                                     └─ RunState ▶ mailbox ▶ whoever watches
 /// In lockstep, one: network → decode → n ticks → encode → network, each frame for itself.
 
 #include <atomic>
@@ -25,7 +25,7 @@
 #include "rt/cpu_latency.hpp"
 #include "rt/periodic_loop.hpp"
 #include "rt/process.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::emulator {
 
@@ -53,9 +53,9 @@ struct EmulatorOptions {
 
 class Emulator {
  public:
-  /// @param network, contract  must outlive the emulator
+  /// @param network, signal_map  must outlive the emulator
   Emulator(const model::Parameters& parameters, const model::SteadyState& start,
-           const signal_map::Contract& contract, can::Network& network, const EmulatorOptions& options);
+           const signal_map::SignalMap& signal_map, can::Network& network, const EmulatorOptions& options);
   ~Emulator();
   Emulator(const Emulator&) = delete;
   Emulator& operator=(const Emulator&) = delete;
@@ -72,7 +72,7 @@ class Emulator {
   void Stop() noexcept;
 
   // Any time, one thread:
-  bool TakeNewest(simulation::Telemetry& telemetry) noexcept { return task_->TakeNewest(telemetry); }
+  bool TakeNewest(simulation::RunState& run_state) noexcept { return task_->TakeNewest(run_state); }
   bool PutRequest(const simulation::Request& request) noexcept { return task_->PutRequest(request); }
   bool TryPopAnswer(simulation::Answer& answer) noexcept { return task_->TryPopAnswer(answer); }
   bool TakeFaults(fault::Schedule& faults) noexcept { return task_->TakeFaults(faults); }
@@ -82,9 +82,9 @@ class Emulator {
   bool TryPopFaultEvent(fault::Event& event) noexcept { return task_->TryPopFaultEvent(event); }
   std::uint64_t SnapshotsRefused() const noexcept { return task_->SnapshotsRefused(); }
   void SampleEvery(std::uint64_t ticks) noexcept { task_->SampleEvery(ticks); }
-  bool TryPopSample(simulation::Telemetry& telemetry) noexcept { return task_->TryPopSample(telemetry); }
+  bool TryPopSample(simulation::RunState& run_state) noexcept { return task_->TryPopSample(run_state); }
   bool TryPopSnapshot(Snapshot& snapshot) noexcept { return task_->TryPopSnapshot(snapshot); }
-  const signal_map::Contract& Frames() const noexcept { return contract_; }
+  const signal_map::SignalMap& Frames() const noexcept { return signal_map_; }
   const ReceiveCounters& Received() const noexcept { return receiver_->Counters(); }
   bool TakeBusErrors(std::size_t bus, can::ErrorTotals& errors) noexcept {
     return receiver_->TakeErrors(bus, errors);
@@ -98,15 +98,15 @@ class Emulator {
   const rt::LatencyHistogram& ArrivalToTick() const noexcept { return task_->ArrivalToTick(); }
   const rt::LatencyHistogram& ArrivalToFrame() const noexcept { return sender_->ArrivalToFrame(); }
   /// Rises while the simulation's loop goes on, whether or not simulated time passes. Any thread.
-  std::uint64_t Turns() const noexcept { return turns_.load(std::memory_order_relaxed); }
+  std::uint64_t LoopIterations() const noexcept { return loop_iterations_.load(std::memory_order_relaxed); }
   /// Its histograms; the rest after Stop().
   const rt::LoopTiming& Timing() const noexcept { return loop_.Timing(); }
   /// After which the run began: 0, or that of the snapshot.
   std::uint64_t FirstTick() const noexcept { return task_->FirstTick(); }
 
   // After Stop():
-  const simulation::Telemetry& Final() const noexcept { return task_->Now(); }
-  std::uint64_t TelemetryDropped() const noexcept { return task_->PublicationsDropped(); }
+  const simulation::RunState& Final() const noexcept { return task_->Now(); }
+  std::uint64_t PublicationsDropped() const noexcept { return task_->PublicationsDropped(); }
   std::uint64_t ScriptRefused() const noexcept { return task_->ScriptRefused(); }
   /// Page faults of the simulation thread inside its loop.
   long LoopPageFaults() const noexcept { return loop_page_faults_; }
@@ -132,7 +132,7 @@ class Emulator {
   void BeReady(const char* name, int priority, int cpu);
   void Finish() noexcept;
 
-  const signal_map::Contract& contract_;
+  const signal_map::SignalMap& signal_map_;
   can::Network& network_;
   EmulatorOptions options_;
   std::unique_ptr<SimulationTask> task_;
@@ -150,9 +150,9 @@ class Emulator {
   rt::Shortcomings shortcomings_;
   std::latch ready_{3};
   std::latch go_{1};
-  std::atomic<std::uint64_t> turns_{0};   ///< of the simulation's loop
-  std::atomic<bool> stop_{false};         ///< simulation and receiver
-  std::atomic<bool> stop_sender_{false};  ///< later: it still sends what the simulation has left
+  std::atomic<std::uint64_t> loop_iterations_{0};  ///< of the simulation's loop
+  std::atomic<bool> stop_{false};                  ///< simulation and receiver
+  std::atomic<bool> stop_sender_{false};           ///< later: it still sends what the simulation has left
   std::thread simulation_thread_;
   std::thread receiver_thread_;
   std::thread sender_thread_;

@@ -10,8 +10,8 @@
 namespace servohil::emulator {
 namespace {
 
-constexpr double kMostSeconds = 1e6;
-constexpr double kMostSeed = 16'777'216.0;  // a 32-bit float holds every whole number up to here
+constexpr double kMaxSeconds = 1e6;
+constexpr double kMaxSeed = 16'777'216.0;  // a 32-bit float holds every whole number up to here
 
 const can::Signal* Require(const can::Message& message, const char* name) {
   if (const can::Signal* signal = message.FindSignal(name)) return signal;
@@ -105,16 +105,16 @@ void FaultPort::Set(const Asked& asked, const fault::Spec& spec, std::uint8_t fi
   }
   switch (static_cast<FaultField>(field)) {
     case FaultField::kRampS:
-      set(0.0, kMostSeconds,
+      set(0.0, kMaxSeconds,
           [&](double within) { injection.ramp_ticks = injection.ramp_out_ticks = model::TicksOf(within); });
       return;
     case FaultField::kForS:
-      set(0.0, kMostSeconds, [&](double within) {
+      set(0.0, kMaxSeconds, [&](double within) {
         injection.for_ticks = within == 0.0 ? 0 : std::max<std::uint64_t>(1, model::TicksOf(within));
       });
       return;
     case FaultField::kSeed:
-      set(0.0, kMostSeed, [&](double within) { injection.seed = static_cast<std::uint64_t>(within); });
+      set(0.0, kMaxSeed, [&](double within) { injection.seed = static_cast<std::uint64_t>(within); });
       return;
     default:
       Reply(asked, FaultResult::kRejected, FaultReason::kUnknownField);

@@ -15,9 +15,9 @@ std::int64_t NsOf(std::uint64_t tick) {
 
 }  // namespace
 
-LockstepBus::LockstepBus(const signal_map::Contract& contract, const can::BusModelSettings& settings)
-    : order_(contract.MessageCount()), model_(settings) {
-  for (std::size_t i = 0; i < contract.MessageCount(); ++i) answer_.push_back(contract.Encode(i, {}));
+LockstepBus::LockstepBus(const signal_map::SignalMap& signal_map, const can::BusModelSettings& settings)
+    : order_(signal_map.MessageCount()), model_(settings) {
+  for (std::size_t i = 0; i < signal_map.MessageCount(); ++i) answer_.push_back(signal_map.Encode(i, {}));
   std::iota(order_.begin(), order_.end(), std::size_t{0});
   std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
     return can::ArbitrationRank(answer_[a]) < can::ArbitrationRank(answer_[b]);

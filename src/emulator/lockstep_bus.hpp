@@ -8,15 +8,15 @@
 #include <vector>
 
 #include "can/bus_model.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::emulator {
 
 /// One thread.
 class LockstepBus {
  public:
-  /// @param contract  must outlive it
-  LockstepBus(const signal_map::Contract& contract, const can::BusModelSettings& settings);
+  /// @param signal_map  must outlive it
+  LockstepBus(const signal_map::SignalMap& signal_map, const can::BusModelSettings& settings);
 
   /// A frame of others begins to wait after `tick`.
   void Offer(const can::Frame& frame, std::uint64_t tick);

@@ -20,7 +20,7 @@ FrameTime Receiver::TimeOf(const can::Frame& frame) const noexcept {
 bool Receiver::Take(const can::Frame& frame) noexcept {
   task_.TakeFaultsOfReceiver(faults_);
   const std::uint64_t next_tick = task_.Clock() + 1;
-  const bool is_command = !frame.remote && contract_.IsCommand(frame);
+  const bool is_command = !frame.remote && signal_map_.IsCommand(frame);
   if (fault::LineAt(faults_, next_tick).down) {
     ++counters_.faulted;
     return is_command;
@@ -56,8 +56,8 @@ void Receiver::Evaluate(const can::Frame& frame) noexcept {
   }
   if (faults_.WaitsForFrame(frame.id, frame.extended)) task_.PutFrame(frame.id, frame.extended);
   signal_map::CommandRejection why{};
-  const std::optional<signal_map::Demand> demand = contract_.Decode(frame, why);
-  if (contract_.IsCommand(frame)) {
+  const std::optional<signal_map::Demand> demand = signal_map_.Decode(frame, why);
+  if (signal_map_.IsCommand(frame)) {
     TakeCommand(frame, demand, why);
   } else {
     TakeCondition(frame, demand, why);
@@ -74,8 +74,8 @@ void Receiver::TakeError(const can::Frame& frame) noexcept {
 /// One that the emulator publishes: no other node may send it. A remote frame asks for it.
 bool Receiver::IsOurs(const can::Frame& frame) const noexcept {
   if (frame.remote) return false;
-  for (std::size_t i = 0; i < contract_.MessageCount(); ++i) {
-    const can::Message& message = contract_.MessageOf(i);
+  for (std::size_t i = 0; i < signal_map_.MessageCount(); ++i) {
+    const can::Message& message = signal_map_.MessageOf(i);
     if (message.id == frame.id && message.extended == frame.extended) return true;
   }
   return false;
@@ -90,18 +90,18 @@ void Receiver::TakeCommand(const can::Frame& frame, const std::optional<signal_m
     TakeCondition(frame, demand, why);
     return;
   }
-  const simulation::FrameVerdict verdict = guard_.Judge(frame, demand, why, TimeOf(frame));
-  task_.PutCommand(guard_.Newest());
+  const simulation::FrameVerdict verdict = validator_.Judge(frame, demand, why, TimeOf(frame));
+  task_.PutCommand(validator_.Newest());
   ++counters_.of[static_cast<std::size_t>(verdict)];
-  counters_.lost = guard_.Newest().counts.lost;
+  counters_.lost = validator_.Newest().counts.lost;
 }
 
 /// Any other frame: enable or trip, or nothing to us.
 void Receiver::TakeCondition(const can::Frame& frame, const std::optional<signal_map::Demand>& demand,
                              signal_map::CommandRejection why) noexcept {
   if (demand) {
-    guard_.TakeCondition(*demand, TimeOf(frame));
-    task_.PutCommand(guard_.Newest());
+    validator_.TakeCondition(*demand, TimeOf(frame));
+    task_.PutCommand(validator_.Newest());
   } else if (why == signal_map::CommandRejection::kMalformed) {
     ++counters_.of[static_cast<std::size_t>(simulation::FrameVerdict::kMalformed)];
   } else {

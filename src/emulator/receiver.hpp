@@ -10,12 +10,12 @@
 
 #include "can/error_frame.hpp"
 #include "can/frame.hpp"
-#include "emulator/command_guard.hpp"
+#include "emulator/command_validator.hpp"
 #include "emulator/delayed.hpp"
 #include "emulator/simulation_task.hpp"
 #include "recording/recorder.hpp"
 #include "rt/mailbox.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::emulator {
 
@@ -43,9 +43,14 @@ class Receiver {
  public:
   /// All must outlive it; `recorder` may be null. @param buses  how many there are. @param clock  kSimulated:
   /// of the ticks so far, no frame ages; Take() is then called by the thread that runs the ticks
-  Receiver(const signal_map::Contract& contract, const CommandGuard& guard, SimulationTask& task,
+  Receiver(const signal_map::SignalMap& signal_map, const CommandValidator& validator, SimulationTask& task,
            recording::Recorder* recorder, std::size_t buses, FrameClock clock)
-      : contract_(contract), guard_(guard), task_(task), recorder_(recorder), clock_(clock), inputs_(buses) {}
+      : signal_map_(signal_map),
+        validator_(validator),
+        task_(task),
+        recorder_(recorder),
+        clock_(clock),
+        inputs_(buses) {}
 
   /// Faults may lose it or let it wait. What a frame without P1 says of enable and trip goes with the next
   /// command. @return whether it is of the command's message, whatever becomes of it
@@ -55,7 +60,7 @@ class Receiver {
   /// Something waits.
   bool HasDelayed() const noexcept { return !delayed_.Empty(); }
   /// Valid commands so far.
-  std::uint64_t ValidCommands() const noexcept { return guard_.Newest().counts.Valid(); }
+  std::uint64_t ValidCommands() const noexcept { return validator_.Newest().counts.Valid(); }
 
   /// Any thread.
   const ReceiveCounters& Counters() const noexcept { return counters_; }
@@ -82,17 +87,17 @@ class Receiver {
   void TakeError(const can::Frame& frame) noexcept;
   bool IsOurs(const can::Frame& frame) const noexcept;
 
-  static constexpr std::size_t kMostDelayed = 1'024;
+  static constexpr std::size_t kMaxDelayed = 1'024;
 
-  const signal_map::Contract& contract_;
-  CommandGuard guard_;
+  const signal_map::SignalMap& signal_map_;
+  CommandValidator validator_;
   SimulationTask& task_;
   recording::Recorder* recorder_;
   FrameClock clock_;
   std::deque<Input> inputs_;  ///< of each bus
   fault::Schedule faults_;
   std::uint64_t arrivals_ = 0;
-  Delayed<can::Frame> delayed_{kMostDelayed};
+  Delayed<can::Frame> delayed_{kMaxDelayed};
   ReceiveCounters counters_;
 };
 

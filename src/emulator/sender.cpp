@@ -32,16 +32,16 @@ can::Frame BitError() noexcept {
 
 void Sender::TakePublication(const simulation::Publication& publication) noexcept {
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
-    if (!simulation::Has(publication.telemetry.due, i)) continue;
+    if (!simulation::Has(publication.run_state.due, i)) continue;
     Waiting& waiting = waiting_[i];
-    const std::int64_t before_ns = waiting.publication.telemetry.status.recent_lateness_ns;
+    const std::int64_t before_ns = waiting.publication.run_state.status.recent_lateness_ns;
     const bool supersedes = waiting.due;
     waiting.due = true;
     waiting.publication = publication;
     if (!supersedes) continue;
     ++counters_.superseded;
     // Lateness since it was told before: the newer one tells that of the one it takes the place of, too.
-    std::int64_t& lateness_ns = waiting.publication.telemetry.status.recent_lateness_ns;
+    std::int64_t& lateness_ns = waiting.publication.run_state.status.recent_lateness_ns;
     if (simulation::Has(tell_lateness_, i)) lateness_ns = std::max(lateness_ns, before_ns);
   }
   newest_ = publication;
@@ -73,7 +73,7 @@ void Sender::SendWaiting(bool at_once) noexcept {
     }
     waiting_[i].due = false;
     waiting_[i].not_before_ns =
-        now_ns + static_cast<std::int64_t>(contract_.CycleTicks(i)) * model::kTickNs / 2;
+        now_ns + static_cast<std::int64_t>(signal_map_.CycleTicks(i)) * model::kTickNs / 2;
     Send(i, waiting_[i].publication);
   }
   FollowFaults();
@@ -91,25 +91,25 @@ void Sender::SendAll(const std::atomic<bool>& stop, std::span<const std::size_t>
 
 void Sender::SendStopped() noexcept {
   patient_until_ = nullptr;
-  simulation::Publication last = task_.PublicationNow(simulation::kMostMessages);
-  last.telemetry.status.mode = simulation::Mode::kStopped;
+  simulation::Publication last = task_.PublicationNow(simulation::kMaxMessages);
+  last.run_state.status.mode = simulation::Mode::kStopped;
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
     if (simulation::Has(tell_mode_, i)) Send(i, last);
   }
 }
 
 void Sender::Send(std::size_t message, simulation::Publication& publication) noexcept {
-  publication.telemetry.bus = bus_;
+  publication.run_state.bus = bus_;
   const fault::Transmission& fate = publication.fate;
   // A frame that is lost on its way has had its counter: the receiver is to miss it.
   const std::optional<can::Frame> frame = Next(message, publication);
   if (!frame) return;
-  if (fate.lost || publication.telemetry.status.line_down) {
+  if (fate.lost || publication.run_state.status.line_down) {
     ++counters_.faulted;
     return;
   }
-  const simulation::Telemetry& telemetry = publication.telemetry;
-  Outgoing outgoing{*frame, message, telemetry.sample.tick, telemetry.status.command_arrival_ns};
+  const simulation::RunState& run_state = publication.run_state;
+  Outgoing outgoing{*frame, message, run_state.sample.tick, run_state.status.command_arrival_ns};
   fault::FlipBits({outgoing.frame.data.data(), outgoing.frame.size}, fate.flipped_bits, fate.flip_key);
   std::optional<Outgoing>& overtaken = waiting_[message].overtaken;
   if (fate.after_next && !overtaken) {
@@ -134,20 +134,20 @@ std::optional<can::Frame> Sender::Next(std::size_t message,
   const std::uint64_t turn = written.turn++;
   signal_map::FieldSet saturated = 0;
   const can::Frame frame =
-      contract_.Encode(message, publication.telemetry, publication.measured, turn, &saturated);
+      signal_map_.Encode(message, publication.run_state, publication.measured, turn, &saturated);
   if (saturated != 0) {
     ++counters_.saturated[message];
     counters_.saturated_fields[message].fetch_or(saturated, std::memory_order_relaxed);
   }
   std::optional<can::Frame>& newest = written.newest[turn % written.newest.size()];
-  if (contract_.OutgoingMessages()[message].on_change && newest && newest->data == frame.data) {
+  if (signal_map_.OutgoingMessages()[message].on_change && newest && newest->data == frame.data) {
     ++counters_.unchanged;
     return std::nullopt;
   }
   newest = frame;
   can::Frame protected_frame = frame;
   if (!publication.fate.counter_stuck) ++written.counter;
-  contract_.Protect(message, written.counter, publication.fate.checksum_wrong, protected_frame);
+  signal_map_.Protect(message, written.counter, publication.fate.checksum_wrong, protected_frame);
   return protected_frame;
 }
 
@@ -163,16 +163,16 @@ void Sender::FollowFaults() noexcept {
       Transmit(outgoing);
     }
   }
-  if (!line.down) SendNonsense(line, tick - followed_tick_);
+  if (!line.down) SendBabble(line, tick - followed_tick_);
   followed_tick_ = tick;
   if (!delayed_.Empty() || line.babble_hz > 0.0 || line.errors_hz > 0.0) nothing_waits_ = false;
 }
 
 /// As many as have become due in `ticks`.
-void Sender::SendNonsense(const fault::Line& line, std::uint64_t ticks) noexcept {
-  constexpr double kMostAtOnce = 1'000.0;
+void Sender::SendBabble(const fault::Line& line, std::uint64_t ticks) noexcept {
+  constexpr double kMaxAtOnce = 1'000.0;
   const auto due = [&](double& owed, double rate_hz) noexcept {
-    owed = rate_hz == 0.0 ? 0.0 : std::min(kMostAtOnce, owed + rate_hz * model::SecondsOf(ticks));
+    owed = rate_hz == 0.0 ? 0.0 : std::min(kMaxAtOnce, owed + rate_hz * model::SecondsOf(ticks));
     const double whole = std::floor(owed);
     owed -= whole;
     return static_cast<int>(whole);

@@ -15,7 +15,7 @@
 #include "recording/recorder.hpp"
 #include "rt/latency_histogram.hpp"
 #include "rt/mailbox.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::emulator {
 
@@ -28,28 +28,28 @@ struct SendCounters {
   std::atomic<std::uint64_t> babbled{0};     ///< sent by faults alone: nonsense and error frames
   std::atomic<std::uint64_t> unchanged{0};   ///< not sent because the message is sent on change
   /// Of each message: frames in which a measured value was more than its signal holds, and those signals.
-  std::array<std::atomic<std::uint64_t>, simulation::kMostMessages> saturated{};
-  std::array<std::atomic<signal_map::FieldSet>, simulation::kMostMessages> saturated_fields{};
+  std::array<std::atomic<std::uint64_t>, simulation::kMaxMessages> saturated{};
+  std::array<std::atomic<signal_map::FieldSet>, simulation::kMaxMessages> saturated_fields{};
 };
 
 /// One thread.
 class Sender {
  public:
   /// All must outlive it; `recorder` may be null.
-  Sender(const signal_map::Contract& contract, SimulationTask& task, can::Network& network,
+  Sender(const signal_map::SignalMap& signal_map, SimulationTask& task, can::Network& network,
          recording::Recorder* recorder)
-      : contract_(contract),
+      : signal_map_(signal_map),
         task_(task),
         network_(network),
         recorder_(recorder),
-        waiting_(contract.MessageCount()),
-        written_(contract.MessageCount()),
-        reflect_command_(contract.MessagesCarrying("x3_in")),
-        tell_lateness_(contract.MessagesCarrying("recent_lateness_ms")),
-        tell_mode_(contract.MessagesCarrying("mode")),
-        tell_bus_(contract.MessagesCarrying("bus_state")) {
+        waiting_(signal_map.MessageCount()),
+        written_(signal_map.MessageCount()),
+        reflect_command_(signal_map.MessagesCarrying("x3_in")),
+        tell_lateness_(signal_map.MessagesCarrying("recent_lateness_ms")),
+        tell_mode_(signal_map.MessagesCarrying("mode")),
+        tell_bus_(signal_map.MessagesCarrying("bus_state")) {
     for (std::size_t i = 0; i < written_.size(); ++i)
-      written_[i].newest.resize(contract.OutgoingMessages()[i].pages.size());
+      written_[i].newest.resize(signal_map.OutgoingMessages()[i].pages.size());
   }
 
   /// Real time: of several states that wait, only the newest of each message is sent, and no two closer than
@@ -57,7 +57,7 @@ class Sender {
   void SendDue() noexcept { SendWaiting(false); }
   /// The sender's thread: all that was due up to this tick has been sent.
   bool IsDoneUpTo(std::uint64_t tick) const noexcept {
-    return nothing_waits_ && newest_.telemetry.sample.tick >= tick;
+    return nothing_waits_ && newest_.run_state.sample.tick >= tick;
   }
   /// The same at the end: whatever waits, at once.
   void SendRest() noexcept { SendWaiting(true); }
@@ -97,9 +97,9 @@ class Sender {
   void Account(const Outgoing& outgoing, can::SendResult result) noexcept;
   /// What faults send on their own, and what they have held back.
   void FollowFaults() noexcept;
-  void SendNonsense(const fault::Line& line, std::uint64_t ticks) noexcept;
+  void SendBabble(const fault::Line& line, std::uint64_t ticks) noexcept;
 
-  const signal_map::Contract& contract_;
+  const signal_map::SignalMap& signal_map_;
   SimulationTask& task_;
   can::Network& network_;
   recording::Recorder* recorder_;
@@ -131,10 +131,10 @@ class Sender {
   SendCounters counters_;
   const std::atomic<bool>* patient_until_ = nullptr;  ///< a full queue is waited for
 
-  static constexpr std::size_t kMostDelayed = 1'024;
+  static constexpr std::size_t kMaxDelayed = 1'024;
   fault::Schedule faults_;
   std::uint64_t followed_tick_ = 0;
-  Delayed<Outgoing> delayed_{kMostDelayed};
+  Delayed<Outgoing> delayed_{kMaxDelayed};
   double babble_owed_ = 0.0;
   double errors_owed_ = 0.0;
 };

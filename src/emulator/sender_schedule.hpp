@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-#include "simulation/telemetry.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::emulator {
 
@@ -15,7 +15,7 @@ class SenderSchedule {
   /// @param cycle_ticks  of each message; 0: none
   /// @param first_tick   after which the run began
   /// @param most_wakes   at least every so many, > 0: to look for what is not due by cycle
-  SenderSchedule(const std::array<std::uint64_t, simulation::kMostMessages>& cycle_ticks,
+  SenderSchedule(const std::array<std::uint64_t, simulation::kMaxMessages>& cycle_ticks,
                  std::uint64_t wake_ticks, std::uint64_t first_tick, std::uint64_t most_wakes) noexcept
       : cycle_ticks_(cycle_ticks),
         wake_ticks_(wake_ticks),
@@ -45,7 +45,7 @@ class SenderSchedule {
  private:
   std::uint64_t TickOf(std::uint64_t wake) const noexcept { return first_tick_ + wake * wake_ticks_; }
 
-  std::array<std::uint64_t, simulation::kMostMessages> cycle_ticks_;
+  std::array<std::uint64_t, simulation::kMaxMessages> cycle_ticks_;
   std::uint64_t wake_ticks_;
   std::uint64_t first_tick_;
   std::uint64_t most_wakes_;

@@ -9,7 +9,7 @@ namespace servohil::emulator {
 
 SimulationTask::SimulationTask(const model::Parameters& parameters, const model::SteadyState& start,
                                TaskOptions options)
-    : simulation_(parameters, start), options_(std::move(options)), supervisor_(options_.safety) {
+    : simulation_(parameters, start), options_(std::move(options)), monitor_(options_.safety) {
   now_.sample = simulation_.Now();
   now_.outputs = simulation_.Outputs();
 }
@@ -17,7 +17,7 @@ SimulationTask::SimulationTask(const model::Parameters& parameters, const model:
 void SimulationTask::Restore(const Snapshot& snapshot) noexcept {
   simulation_.Restore(snapshot.sample, snapshot.faults);
   PutFaults();
-  supervisor_.Restore(snapshot.safety);
+  monitor_.Restore(snapshot.safety);
   command_tick_ = snapshot.command_tick;
   now_.sample = snapshot.sample;
   now_.status.commanded = snapshot.commanded;
@@ -56,7 +56,7 @@ bool SimulationTask::Wake(const rt::LoopTiming& timing) noexcept {
     return false;
   }
   const bool freezes = overrun && options_.loop.overrun == configuration::Overrun::kFreeze;
-  if (freezes || now_.status.mode == simulation::Mode::kFrozen) return StandStill();
+  if (freezes || now_.status.mode == simulation::Mode::kFrozen) return PublishFrozen();
   // Late itself, the emulator cannot know whether the governor is: what it missed waits to be read.
   return Run(options_.loop.wake_ticks, timing.behind == 0);
 }
@@ -84,7 +84,7 @@ void SimulationTask::Account(const rt::LoopTiming& timing) noexcept {
 }
 
 /// Simulated time does not pass; what is due is published all the same.
-bool SimulationTask::StandStill() noexcept {
+bool SimulationTask::PublishFrozen() noexcept {
   now_.status.mode = simulation::Mode::kFrozen;
   ServeRequests();
   for (int i = 0; i < options_.loop.wake_ticks; ++i) Publish(now_.sample.tick + ++frozen_ticks_);
@@ -98,7 +98,7 @@ void SimulationTask::TakeCommand() noexcept {
   now_.status.frames = command.counts;
   const std::int64_t age_ns = command.arrival_ns != 0 ? base::MonotonicNs() - command.arrival_ns : 0;
   const bool fresh_enough = options_.max_age_ns == 0 || age_ns <= options_.max_age_ns;
-  if (!supervisor_.Hear(command, fresh_enough)) return;
+  if (!monitor_.Hear(command, fresh_enough)) return;
   if (command.arrival_ns != 0) arrival_to_tick_.Record(age_ns);
   FollowGovernor(command.p1_psi, command.arrival_ns);
 }
@@ -112,23 +112,23 @@ void SimulationTask::NoteCommand(std::int64_t arrival_ns) noexcept {
 }
 
 void SimulationTask::FollowGovernor(double p1_psi, std::int64_t arrival_ns) noexcept {
-  supervisor_.SetDemand(p1_psi);
+  monitor_.SetDemand(p1_psi);
   NoteCommand(arrival_ns);
   simulation::Request request;
   request.kind = simulation::Request::Kind::kGovernor;
   request.p1_psi = p1_psi;
-  Influenced(request);
+  NoteStimulus(request);
 }
 
 /// Felt by the next tick for the first time.
-void SimulationTask::Influenced(const simulation::Request& request) noexcept {
-  if (options_.recorder != nullptr) options_.recorder->RecordInfluence({now_.sample.tick + 1, request});
+void SimulationTask::NoteStimulus(const simulation::Request& request) noexcept {
+  if (options_.recorder != nullptr) options_.recorder->RecordStimulus({now_.sample.tick + 1, request});
 }
 
 void SimulationTask::TakeFrames() noexcept {
-  constexpr int kMostAtOnce = 16;
+  constexpr int kMaxAtOnce = 16;
   SeenFrame frame;
-  for (int i = 0; i < kMostAtOnce && frames_.TryPop(frame); ++i) TakeFrame(frame.id, frame.extended);
+  for (int i = 0; i < kMaxAtOnce && frames_.TryPop(frame); ++i) TakeFrame(frame.id, frame.extended);
 }
 
 void SimulationTask::TakeFrame(std::uint32_t id, bool extended) noexcept {
@@ -139,30 +139,30 @@ void SimulationTask::TakeFrame(std::uint32_t id, bool extended) noexcept {
   request.kind = simulation::Request::Kind::kFrame;
   request.injection.trigger.frame_id = id;
   request.injection.trigger.extended = extended;
-  Influenced(request);
+  NoteStimulus(request);
 }
 
 bool SimulationTask::FollowLocal(double p1_psi) noexcept {
-  const simulation::SafetyState from = supervisor_.Now().state;
-  if (!supervisor_.TakeLocal(p1_psi)) return false;
+  const simulation::SafetyState from = monitor_.Now().state;
+  if (!monitor_.TakeLocal(p1_psi)) return false;
   TellSafetyChange(from, now_.sample.tick + 1);
   NoteCommand(0);
   return true;
 }
 
-void SimulationTask::ChangeSafety(const simulation::Supervisor::Decision& decision) noexcept {
-  const simulation::SafetyState from = supervisor_.Now().state;
-  supervisor_.Change(decision);
+void SimulationTask::ChangeSafety(const simulation::CommandMonitor::Decision& decision) noexcept {
+  const simulation::SafetyState from = monitor_.Now().state;
+  monitor_.Change(decision);
   TellSafetyChange(from, now_.sample.tick + 1);
   simulation::Request request;
   request.kind = simulation::Request::Kind::kSafety;
   request.safety = decision.to;
   request.safety_cause = decision.cause;
-  Influenced(request);
+  NoteStimulus(request);
 }
 
 void SimulationTask::TellSafetyChange(simulation::SafetyState from, std::uint64_t tick) noexcept {
-  const simulation::SupervisorState& now = supervisor_.Now();
+  const simulation::CommandMonitorState& now = monitor_.Now();
   if (now.state != from) safety_changes_.TryPush({tick, from, now.state, now.cause});
 }
 
@@ -171,15 +171,15 @@ void SimulationTask::Tick(bool silence_counts) noexcept {
   TakeFrames();
   if (options_.supervised) {
     TakeCommand();
-    if (const auto decision = supervisor_.Decide(silence_counts)) ChangeSafety(*decision);
+    if (const auto decision = monitor_.Decide(silence_counts)) ChangeSafety(*decision);
   }
   FollowScript();
-  const double p1_psi = supervisor_.P1(now_.sample.p1_psi);
-  now_.sample = supervisor_.Rests() ? simulation_.Rest() : simulation_.Tick(p1_psi);
-  const simulation::SafetyState from = supervisor_.Now().state;
+  const double p1_psi = monitor_.P1(now_.sample.p1_psi);
+  now_.sample = monitor_.Rests() ? simulation_.Rest() : simulation_.Tick(p1_psi);
+  const simulation::SafetyState from = monitor_.Now().state;
   if (now_.sample.model_fault && from != simulation::SafetyState::kFaulted) {
-    supervisor_.Change({simulation::SafetyState::kFaulted,
-                        simulation::SafetyCause::kModelFault});  // so does a replay: not recorded
+    monitor_.Change({simulation::SafetyState::kFaulted,
+                     simulation::SafetyCause::kModelFault});  // so does a replay: not recorded
     TellSafetyChange(from, now_.sample.tick);
   }
   TakeStatus();
@@ -196,7 +196,7 @@ void SimulationTask::TakeStatus() noexcept {
   constexpr simulation::Mode kModes[] = {simulation::Mode::kWaiting, simulation::Mode::kRunning,
                                          simulation::Mode::kDegraded, simulation::Mode::kTripped,
                                          simulation::Mode::kModelFault};
-  const simulation::SupervisorState& safety = supervisor_.Now();
+  const simulation::CommandMonitorState& safety = monitor_.Now();
   simulation::Status& status = now_.status;
   status.command_age_ticks = now_.sample.tick - command_tick_;
   status.active_faults = simulation_.Faults().CountActive(now_.sample.tick);
@@ -210,7 +210,7 @@ void SimulationTask::TakeStatus() noexcept {
 
 /// All quantities, of which there are outputs now.
 std::span<const double> SimulationTask::Truth(
-    std::array<double, simulation::kMostQuantities>& values) const noexcept {
+    std::array<double, simulation::kMaxQuantities>& values) const noexcept {
   const std::span<const simulation::Quantity> quantities = simulation::Quantities();
   for (std::size_t i = 0; i < quantities.size(); ++i) values[i] = quantities[i].value(now_);
   return {values.data(), quantities.size()};
@@ -222,7 +222,7 @@ void SimulationTask::ObserveFaults() noexcept {
   const bool sensors_act = fault::Sensors::Act(faults, tick);
   if (!sensors_act && !faults.Observes()) return;
   now_.outputs = simulation_.Outputs();
-  std::array<double, simulation::kMostQuantities> values{};
+  std::array<double, simulation::kMaxQuantities> values{};
   const std::span<const double> truth = Truth(values);
   faults.Observe(tick, truth);
   if (sensors_act) sensors_->Observe(faults, tick, truth);
@@ -255,7 +255,7 @@ void SimulationTask::PublishSample() noexcept {
 
 void SimulationTask::Publish(std::uint64_t tick) noexcept {
   now_.due = 0;
-  for (std::size_t i = 0; i < simulation::kMostMessages && options_.cycle_ticks[i] != 0; ++i) {
+  for (std::size_t i = 0; i < simulation::kMaxMessages && options_.cycle_ticks[i] != 0; ++i) {
     if (tick % options_.cycle_ticks[i] == 0) now_.due |= simulation::SetOf(i);
   }
   clock_.store(tick, std::memory_order_relaxed);
@@ -270,13 +270,13 @@ void SimulationTask::Publish(std::uint64_t tick) noexcept {
 void SimulationTask::PublishDue() noexcept {
   const fault::Schedule& faults = simulation_.Faults();
   if (!fault::ActsOnPublished(faults, Clock())) {
-    publications_.TryPush(PublicationNow(simulation::kMostMessages));
+    publications_.TryPush(PublicationNow(simulation::kMaxMessages));
     return;
   }
-  for (std::size_t i = 0; i < simulation::kMostMessages; ++i) {
+  for (std::size_t i = 0; i < simulation::kMaxMessages; ++i) {
     if (!simulation::Has(now_.due, i)) continue;
     simulation::Publication publication = PublicationNow(i);
-    publication.telemetry.due = simulation::SetOf(i);
+    publication.run_state.due = simulation::SetOf(i);
     publications_.TryPush(publication);
   }
 }
@@ -284,11 +284,11 @@ void SimulationTask::PublishDue() noexcept {
 simulation::Publication SimulationTask::PublicationNow(std::size_t message) const noexcept {
   const fault::Schedule& faults = simulation_.Faults();
   simulation::Publication publication{now_, {}, {}};
-  if (message < simulation::kMostMessages)
+  if (message < simulation::kMaxMessages)
     publication.fate = fault::FateOfPublished(faults, static_cast<std::uint8_t>(message), Clock());
   const std::uint64_t tick = now_.sample.tick;
   if (!fault::Sensors::Act(faults, tick)) return publication;
-  std::array<double, simulation::kMostQuantities> values{};
+  std::array<double, simulation::kMaxQuantities> values{};
   const std::span<const double> truth = Truth(values);
   simulation::Measured& measured = publication.measured;
   sensors_->Measure(faults, tick, truth, measured.values);
@@ -311,15 +311,15 @@ bool SimulationTask::TakeSnapshot() noexcept {
     return false;
   }
   snapshots_.TryPush(
-      {now_.sample, supervisor_.Now(), now_.status.commanded, command_tick_, simulation_.Faults()});
+      {now_.sample, monitor_.Now(), now_.status.commanded, command_tick_, simulation_.Faults()});
   return true;
 }
 
 void SimulationTask::ServeRequests() noexcept {
-  constexpr int kMostAtOnce = 4;
+  constexpr int kMaxAtOnce = 4;
   simulation::Request request;
-  for (int i = 0; i < kMostAtOnce && requests_.TryPop(request); ++i) answers_.TryPush(Serve(request));
-  for (int i = 0; i < kMostAtOnce && bus_requests_.TryPop(request); ++i) bus_answers_.TryPush(Serve(request));
+  for (int i = 0; i < kMaxAtOnce && requests_.TryPop(request); ++i) answers_.TryPush(Serve(request));
+  for (int i = 0; i < kMaxAtOnce && bus_requests_.TryPop(request); ++i) bus_answers_.TryPush(Serve(request));
 }
 
 void SimulationTask::FollowScript() noexcept {
@@ -378,7 +378,7 @@ simulation::Answer SimulationTask::Serve(const simulation::Request& request) noe
   // The governor's, the supervision's and frames record themselves.
   const bool is_influence = on_faults || (request.kind == simulation::Request::Kind::kCommand &&
                                           answer.result == simulation::Answer::Result::kApplied);
-  if (is_influence) Influenced(request);
+  if (is_influence) NoteStimulus(request);
   return answer;
 }
 

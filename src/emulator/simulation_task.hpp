@@ -17,19 +17,19 @@
 #include "rt/mailbox.hpp"
 #include "rt/periodic_loop.hpp"
 #include "rt/ring.hpp"
+#include "simulation/command_monitor.hpp"
 #include "simulation/publication.hpp"
 #include "simulation/request.hpp"
+#include "simulation/run_state.hpp"
 #include "simulation/sample_feed.hpp"
 #include "simulation/simulation.hpp"
-#include "simulation/supervisor.hpp"
-#include "simulation/telemetry.hpp"
 
 namespace servohil::emulator {
 
 /// All that a run's future depends on besides its configuration and inputs. Trivially copyable.
 struct Snapshot {
   simulation::Sample sample;
-  simulation::SupervisorState safety;
+  simulation::CommandMonitorState safety;
   bool commanded = false;
   std::uint64_t command_tick = 0;  ///< after which it arrived
   fault::Schedule faults;
@@ -37,7 +37,7 @@ struct Snapshot {
 
 struct TaskOptions {
   configuration::LoopSettings loop;
-  std::array<std::uint64_t, simulation::kMostMessages>
+  std::array<std::uint64_t, simulation::kMaxMessages>
       cycle_ticks{};  ///< of each message that is published; 0: never
   simulation::MessageSet tell_lateness =
       0;                             ///< messages that carry the worst lateness since they did so before
@@ -53,10 +53,10 @@ struct TaskOptions {
       nullptr;  ///< of the fault missed_ticks; none: there is no deadline to miss
 
   // Of a scenario, whose time begins with the first command.
-  bool is_scenario = false;                  ///< duration_ticks count from then on
-  std::uint64_t wait_ticks = 0;              ///< the run ends after so many without a command
-  std::vector<recording::Influence> script;  ///< faults; tick 1 is the first that has a command
-  simulation::SampleFeed* feed = nullptr;    ///< gets every tick; must outlive the task; none: nobody looks
+  bool is_scenario = false;                 ///< duration_ticks count from then on
+  std::uint64_t wait_ticks = 0;             ///< the run ends after so many without a command
+  std::vector<recording::Stimulus> script;  ///< faults; tick 1 is the first that has a command
+  simulation::SampleFeed* feed = nullptr;   ///< gets every tick; must outlive the task; none: nobody looks
 };
 
 class SimulationTask {
@@ -115,7 +115,7 @@ class SimulationTask {
   }
   std::uint64_t PublicationsDropped() const noexcept { return publications_.Dropped(); }
   /// Whoever watches (one thread): the newest state.
-  bool TakeNewest(simulation::Telemetry& telemetry) noexcept { return newest_.Take(telemetry); }
+  bool TakeNewest(simulation::RunState& run_state) noexcept { return newest_.Take(run_state); }
 
   /// Whoever watches (the same thread): changes of the supervision, oldest first.
   bool TryPopSafetyChange(simulation::SafetyChange& change) noexcept {
@@ -128,11 +128,11 @@ class SimulationTask {
   /// Any thread: samples of every tick that this divides, from the next tick on; 0: none.
   void SampleEvery(std::uint64_t ticks) noexcept { sample_ticks_.store(ticks, std::memory_order_relaxed); }
   /// One thread: a sample, in order. Those for which there is no room are lost.
-  bool TryPopSample(simulation::Telemetry& telemetry) noexcept { return samples_.TryPop(telemetry); }
+  bool TryPopSample(simulation::RunState& run_state) noexcept { return samples_.TryPop(run_state); }
 
   /// The thread that runs the ticks.
-  const simulation::Telemetry& Now() const noexcept { return now_; }
-  /// The same: as it would be published now, `message` or (kMostMessages) all that nothing special befalls.
+  const simulation::RunState& Now() const noexcept { return now_; }
+  /// The same: as it would be published now, `message` or (kMaxMessages) all that nothing special befalls.
   simulation::Publication PublicationNow(std::size_t message) const noexcept;
   /// After which this run began: 0, or that of the snapshot. Any thread.
   std::uint64_t FirstTick() const noexcept { return first_tick_; }
@@ -149,7 +149,7 @@ class SimulationTask {
   void NoteCommand(std::int64_t arrival_ns) noexcept;
   void FollowGovernor(double p1_psi, std::int64_t arrival_ns) noexcept;
   bool FollowLocal(double p1_psi) noexcept;
-  void ChangeSafety(const simulation::Supervisor::Decision& decision) noexcept;
+  void ChangeSafety(const simulation::CommandMonitor::Decision& decision) noexcept;
   void TellSafetyChange(simulation::SafetyState from, std::uint64_t tick) noexcept;
   void TakeStatus() noexcept;
   void Publish(std::uint64_t tick) noexcept;
@@ -158,23 +158,23 @@ class SimulationTask {
   simulation::Answer Serve(const simulation::Request& request) noexcept;
   void TakeFrames() noexcept;
   void TakeFrame(std::uint32_t id, bool extended) noexcept;
-  void Influenced(const simulation::Request& request) noexcept;
+  void NoteStimulus(const simulation::Request& request) noexcept;
   void ObserveFaults() noexcept;
   void TellFaults() noexcept;
   void PutFaults() noexcept;
-  std::span<const double> Truth(std::array<double, simulation::kMostQuantities>& values) const noexcept;
+  std::span<const double> Truth(std::array<double, simulation::kMaxQuantities>& values) const noexcept;
   void PublishDue() noexcept;
   void TakeDueSnapshots() noexcept;
   bool TakeSnapshot() noexcept;
   void Account(const rt::LoopTiming& timing) noexcept;
   bool IsOverrun(const rt::LoopTiming& timing) noexcept;
-  bool StandStill() noexcept;
+  bool PublishFrozen() noexcept;
   bool GoesOn() const noexcept;
 
   simulation::Simulation simulation_;
   TaskOptions options_;
-  simulation::Telemetry now_;
-  simulation::Supervisor supervisor_;
+  simulation::RunState now_;
+  simulation::CommandMonitor monitor_;
   std::uint64_t command_tick_ = 0;  ///< after which the newest command came
   std::uint64_t first_tick_ = 0;    ///< at which this run began
   std::uint64_t frozen_ticks_ = 0;  ///< for which simulated time stood still
@@ -195,9 +195,9 @@ class SimulationTask {
     bool extended = false;
   };
   rt::Ring<simulation::Publication, 1024> publications_;
-  rt::Mailbox<simulation::Telemetry> newest_;
+  rt::Mailbox<simulation::RunState> newest_;
   std::atomic<std::uint64_t> sample_ticks_{0};
-  rt::Ring<simulation::Telemetry, 1024> samples_;
+  rt::Ring<simulation::RunState, 1024> samples_;
   rt::Ring<simulation::SafetyChange, 256> safety_changes_;
   rt::Ring<Snapshot, 16> snapshots_;
   rt::Ring<simulation::Request, 64> requests_;

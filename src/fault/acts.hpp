@@ -11,7 +11,7 @@
 namespace servohil::fault {
 
 /// What a sensor says of a quantity. Not a number: the signal is not available; infinite: as much as it can
-/// say. The contract makes raw values of both.
+/// say. The signal_map makes raw values of both.
 struct Reading {
   double value = 0.0;    ///< in the quantity's unit: the truth, or what the acts before have made of it
   double held = 0.0;     ///< what it was when this fault began

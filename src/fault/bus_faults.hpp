@@ -8,7 +8,7 @@
 namespace servohil::fault {
 
 inline constexpr double kTicksPerMs = 1e-3 / model::kTickS;
-inline constexpr double kMostMs = 10'000.0;
+inline constexpr double kMaxMs = 10'000.0;
 
 inline std::uint32_t TicksOfMs(double ms) noexcept {
   return static_cast<std::uint32_t>(std::lround(ms * kTicksPerMs));
@@ -39,7 +39,7 @@ inline constexpr std::array kBusFaults = std::to_array<Spec>({
     {82,
      "tx_delayed",
      Part::kBus,
-     {{{"delay_ms", "ms", 0.0, kMostMs, 50.0, "from publication to the bus"}}},
+     {{{"delay_ms", "ms", 0.0, kMaxMs, 50.0, "from publication to the bus"}}},
      "Published frames are late, all by the same time.",
      [](Transmission& t, const V& v, double share, Random&) noexcept {
        t.delay_ticks += TicksOfMs(share * v[0]);
@@ -48,7 +48,7 @@ inline constexpr std::array kBusFaults = std::to_array<Spec>({
     {83,
      "tx_jittered",
      Part::kBus,
-     {{{"most_ms", "ms", 0.0, kMostMs, 5.0, "longest delay; all from 0 to it are equally likely"}}},
+     {{{"most_ms", "ms", 0.0, kMaxMs, 5.0, "longest delay; all from 0 to it are equally likely"}}},
      "Published frames are late, each by another time; one may overtake another.",
      [](Transmission& t, const V& v, double share, Random& random) noexcept {
        t.delay_ticks += TicksOfMs(share * v[0] * random.Uniform());
@@ -135,7 +135,7 @@ inline constexpr std::array kBusFaults = std::to_array<Spec>({
     {91,
      "rx_delayed",
      Part::kBus,
-     {{{"delay_ms", "ms", 0.0, kMostMs, 50.0, "from the bus to their evaluation"}}},
+     {{{"delay_ms", "ms", 0.0, kMaxMs, 50.0, "from the bus to their evaluation"}}},
      "Frames that arrive are late: what they command acts later.",
      [](Reception& r, const V& v, double share, Random&) noexcept {
        r.delay_ticks += TicksOfMs(share * v[0]);

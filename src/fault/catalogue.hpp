@@ -51,7 +51,7 @@ struct Spec {
   std::uint8_t id = 0;         ///< the same for ever: recordings hold it
   const char* name = nullptr;  ///< "air_entrainment"
   Part part = Part::kOil;
-  std::array<ParameterSpec, kMostParameters> parameters{};
+  std::array<ParameterSpec, kMaxParameters> parameters{};
   const char* effect = nullptr;  ///< one sentence
   Act act = ParameterAct{nullptr};
   Needs needs = Needs::kNothing;

@@ -8,8 +8,8 @@
 
 namespace servohil::fault {
 
-inline constexpr std::size_t kMostParameters = 3;
-using Values = std::array<double, kMostParameters>;
+inline constexpr std::size_t kMaxParameters = 3;
+using Values = std::array<double, kMaxParameters>;
 
 /// What starts a fault.
 struct Trigger {

@@ -6,7 +6,7 @@
 
 namespace servohil::fault {
 
-inline constexpr double kMostPistonClearanceIn = 0.05;
+inline constexpr double kMaxPistonClearanceIn = 0.05;
 
 inline void ForEachLoad(P& p, const auto& change) noexcept {
   p.load.opening = change(p.load.opening);
@@ -51,7 +51,7 @@ inline constexpr std::array kPistonAndLoadFaults = std::to_array<Spec>({
      {{{"clearance_in", "in", 0.0, 0.02, 0.01, "more clearance of the piston, on diameter"}}},
      "Oil leaks past the piston: P3 sinks under load, the plunger must stay open to hold it.",
      [](P& p, const V& v, double share, double) noexcept {
-       AddTo(p.servo.piston_clearance_in, share * v[0], 0.0, kMostPistonClearanceIn);
+       AddTo(p.servo.piston_clearance_in, share * v[0], 0.0, kMaxPistonClearanceIn);
      }},
     {40,
      "load_step",

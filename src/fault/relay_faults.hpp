@@ -7,8 +7,8 @@
 namespace servohil::fault {
 
 inline constexpr double kLeastSpringLbfIn = 0.1;
-inline constexpr double kMostUnderlapIn = 0.05;
-inline constexpr double kMostClearanceIn = 0.02;
+inline constexpr double kMaxUnderlapIn = 0.05;
+inline constexpr double kMaxClearanceIn = 0.02;
 inline constexpr double kLeastAlpha = 0.01;
 inline constexpr double kLeastPortWidthIn = 0.01;
 
@@ -56,8 +56,8 @@ inline constexpr std::array kRelayFaults = std::to_array<Spec>({
        {"underlap_in", "in", 0.0, 0.02, 0.002, "more underlap"}}},
      "The relay plunger's edges are worn: more oil leaks at rest, the metering is softer.",
      [](P& p, const V& v, double share, double) noexcept {
-       AddTo(p.servo.relay_plunger_clearance_in, share * v[0], 0.0, kMostClearanceIn);
-       AddTo(p.servo.underlap_in, share * v[1], -kMostUnderlapIn, kMostUnderlapIn);
+       AddTo(p.servo.relay_plunger_clearance_in, share * v[0], 0.0, kMaxClearanceIn);
+       AddTo(p.servo.underlap_in, share * v[1], -kMaxUnderlapIn, kMaxUnderlapIn);
      }},
     {23,
      "plunger_overlapped",
@@ -65,7 +65,7 @@ inline constexpr std::array kRelayFaults = std::to_array<Spec>({
      {{{"overlap_in", "in", 0.0, 0.02, 0.004, "less underlap"}}},
      "The relay plunger overlaps its ports: a dead band in which the piston is not metered.",
      [](P& p, const V& v, double share, double) noexcept {
-       AddTo(p.servo.underlap_in, -share * v[0], -kMostUnderlapIn, kMostUnderlapIn);
+       AddTo(p.servo.underlap_in, -share * v[0], -kMaxUnderlapIn, kMaxUnderlapIn);
      }},
     {24,
      "pilot_spring_weak",

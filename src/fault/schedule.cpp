@@ -38,7 +38,7 @@ bool Schedule::Inject(const Injection& injection, std::uint64_t next_tick) noexc
   });
   const bool is_there = same != end();
   if (is_there) Remove(static_cast<std::size_t>(same - begin()));
-  if (count_ == kMostInjections) return false;
+  if (count_ == kMaxInjections) return false;
   auto* const place = std::upper_bound(injections_.data(), injections_.data() + count_, injection, Before);
   std::copy_backward(place, injections_.data() + count_, injections_.data() + count_ + 1);
   *place = injection;
@@ -81,7 +81,7 @@ std::size_t Schedule::ClearAll(std::uint64_t next_tick) noexcept {
 }
 
 void Schedule::Tell(Event::Kind kind, const Injection& injection, std::uint64_t tick) noexcept {
-  if (event_count_ == kMostEvents) return;
+  if (event_count_ == kMaxEvents) return;
   const bool has_pulse = kind == Event::Kind::kStarts || kind == Event::Kind::kEnds;
   events_[event_count_++] = {tick, kind, injection.id, injection.target,
                              has_pulse ? PulseOf(injection, tick) : 0};

@@ -30,8 +30,8 @@ struct Event {
 
 class Schedule {
  public:
-  static constexpr std::size_t kMostInjections = 16;
-  static constexpr std::size_t kMostEvents = 64;
+  static constexpr std::size_t kMaxInjections = 16;
+  static constexpr std::size_t kMaxEvents = 64;
 
   /// One of the same fault and target is replaced. @param next_tick  the first that can feel it
   /// @return false: there is no room, or no such fault, or no target for a sensor fault. Real-time safe.
@@ -77,10 +77,10 @@ class Schedule {
   void TellTransitions(std::uint64_t tick) noexcept;
   void FireOnFaults(std::uint64_t tick) noexcept;
 
-  std::array<Injection, kMostInjections> injections_{};
+  std::array<Injection, kMaxInjections> injections_{};
   std::size_t count_ = 0;
   bool changed_ = false;  ///< since the last Advance()
-  std::array<Event, kMostEvents> events_{};
+  std::array<Event, kMaxEvents> events_{};
   std::size_t event_count_ = 0;
 };
 

@@ -11,15 +11,15 @@ namespace servohil::fault {
 
 inline constexpr double kNotAvailable = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kFullScale = std::numeric_limits<double>::infinity();
-inline constexpr double kMostOfAnyUnit = 1e6;
-inline constexpr double kMostDelayS = 1.0;  ///< Sensors remember as much
+inline constexpr double kMaxOfAnyUnit = 1e6;
+inline constexpr double kMaxDelayS = 1.0;  ///< Sensors remember as much
 
 // In the order of what a signal passes: the line to the transducer, the transducer, its output.
 inline constexpr std::array kSensorFaults = std::to_array<Spec>({
     {kSensorDelayed,
      "sensor_delayed",
      Part::kSensors,
-     {{{"delay_s", "s", 1e-4, kMostDelayS, 0.05, "between truth and signal"}}},
+     {{{"delay_s", "s", 1e-4, kMaxDelayS, 0.05, "between truth and signal"}}},
      "The signal is late: what was true when the fault began is held for the delay, then all follows by it.",
      [](Reading& r, const V&, double, Random&) noexcept { r.value = r.delayed; }},
     {61,
@@ -31,20 +31,19 @@ inline constexpr std::array kSensorFaults = std::to_array<Spec>({
     {62,
      "sensor_offset",
      Part::kSensors,
-     {{{"by", "of the signal", -kMostOfAnyUnit, kMostOfAnyUnit, 0.1, "added to the signal"}}},
+     {{{"by", "of the signal", -kMaxOfAnyUnit, kMaxOfAnyUnit, 0.1, "added to the signal"}}},
      "The transducer's zero is wrong.",
      [](Reading& r, const V& v, double share, Random&) noexcept { r.value += share * v[0]; }},
     {63,
      "sensor_drift",
      Part::kSensors,
-     {{{"per_s", "of the signal/s", -kMostOfAnyUnit, kMostOfAnyUnit, 0.01,
-        "by which the signal drifts away"}}},
+     {{{"per_s", "of the signal/s", -kMaxOfAnyUnit, kMaxOfAnyUnit, 0.01, "by which the signal drifts away"}}},
      "The transducer drifts: its error grows with time.",
      [](Reading& r, const V& v, double share, Random&) noexcept { r.value += share * v[0] * r.t_s; }},
     {64,
      "sensor_noise",
      Part::kSensors,
-     {{{"deviation", "of the signal", 0.0, kMostOfAnyUnit, 0.01, "standard deviation of the noise"}}},
+     {{{"deviation", "of the signal", 0.0, kMaxOfAnyUnit, 0.01, "standard deviation of the noise"}}},
      "The signal is noisy: white and Gaussian, another value at each publication.",
      [](Reading& r, const V& v, double share, Random& random) noexcept {
        r.value += share * v[0] * random.Normal();
@@ -55,7 +54,7 @@ inline constexpr std::array kSensorFaults = std::to_array<Spec>({
     {65,
      "sensor_quantised",
      Part::kSensors,
-     {{{"step", "of the signal", 0.0, kMostOfAnyUnit, 0.05, "between neighbouring values"}}},
+     {{{"step", "of the signal", 0.0, kMaxOfAnyUnit, 0.05, "between neighbouring values"}}},
      "The signal is coarse: it comes in steps.",
      [](Reading& r, const V& v, double, Random&) noexcept {
        if (v[0] > 0.0) r.value = std::round(r.value / v[0]) * v[0];

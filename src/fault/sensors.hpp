@@ -40,7 +40,7 @@ class Sensors {
   void Note(std::uint8_t quantity, std::uint64_t tick, double truth) noexcept;
   void Forget(const Schedule& schedule) noexcept;
 
-  std::array<History, Schedule::kMostInjections> histories_{};  ///< one each at most
+  std::array<History, Schedule::kMaxInjections> histories_{};  ///< one each at most
 };
 
 }  // namespace servohil::fault

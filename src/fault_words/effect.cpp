@@ -67,9 +67,9 @@ std::string WhyNoEffect(const fault::Spec& spec, const fault::Injection& injecti
   const bool changes =
       std::visit([&](auto act) { return Changes(act, injection.values, context); }, spec.act);
   if (!changes && probability == 1.0) return "no effect: with these values all stays what it is";
-  if (!spec.HasSignal() || context.contract == nullptr) return {};
+  if (!spec.HasSignal() || context.signal_map == nullptr) return {};
   const simulation::Quantity& quantity = simulation::Quantities()[injection.target];
-  if (context.contract->MessagesCarrying(quantity.name) != 0) return {};
+  if (context.signal_map->MessagesCarrying(quantity.name) != 0) return {};
   return std::string("no effect: no published message carries ") + quantity.name;
 }
 

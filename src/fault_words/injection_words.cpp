@@ -22,12 +22,12 @@ using fault::Spec;
 using fault::Trigger;
 using Word = Words::value_type::second_type;
 
-constexpr double kMostSeconds = 1e6;
-constexpr double kMostTimes = 1e9;
-constexpr double kMostSeed = 9007199254740992.0;  // 2^53: whole numbers to there
-constexpr std::uint32_t kMostStandardId = 0x7FF;
-constexpr std::uint32_t kMostExtendedId = 0x1FFFFFFF;
-constexpr std::size_t kMostShown = 60;  // of what somebody else wrote
+constexpr double kMaxSeconds = 1e6;
+constexpr double kMaxTimes = 1e9;
+constexpr double kMaxSeed = 9007199254740992.0;  // 2^53: whole numbers to there
+constexpr std::uint32_t kMaxStandardId = 0x7FF;
+constexpr std::uint32_t kMaxExtendedId = 0x1FFFFFFF;
+constexpr std::size_t kMaxShown = 60;  // of what somebody else wrote
 
 bool Any(const Spec&) {
   return true;
@@ -39,16 +39,16 @@ constexpr std::array kCommon = std::to_array<CommonParameter>({
      [](const Spec& s) { return s.HasSignal(); }},
     {"message", "", 0, 0, "all", "the published message that it hits: SERVO_Position, ...",
      [](const Spec& s) { return s.HasMessage(); }},
-    {"seed", "", 0, kMostSeed, "0", "the same seed gives the same run",
+    {"seed", "", 0, kMaxSeed, "0", "the same seed gives the same run",
      [](const Spec& s) { return s.random; }},
-    {"at_s", "s", 0, kMostSeconds, "now", "simulated time at which it starts; with a trigger: not before",
+    {"at_s", "s", 0, kMaxSeconds, "now", "simulated time at which it starts; with a trigger: not before",
      Any},
-    {"ramp_s", "s", 0, kMostSeconds, "0", "rises in this time, and falls again in as long at its end", Any},
-    {"ramp_out_s", "s", 0, kMostSeconds, "ramp_s", "falls in this time", Any},
-    {"for_s", "s", 0, kMostSeconds, "until cleared", "from its start to the beginning of its fall", Any},
-    {"every_s", "s", 1e-4, kMostSeconds, "once", "starts again each time that this has passed", Any},
+    {"ramp_s", "s", 0, kMaxSeconds, "0", "rises in this time, and falls again in as long at its end", Any},
+    {"ramp_out_s", "s", 0, kMaxSeconds, "ramp_s", "falls in this time", Any},
+    {"for_s", "s", 0, kMaxSeconds, "until cleared", "from its start to the beginning of its fall", Any},
+    {"every_s", "s", 1e-4, kMaxSeconds, "once", "starts again each time that this has passed", Any},
     {"duty", "", 0, 1, "0.5", "share of every_s for which it lasts, instead of for_s", Any},
-    {"times", "", 0, kMostTimes, "1; with every_s 0", "how often; 0: without end", Any},
+    {"times", "", 0, kMaxTimes, "1; with every_s 0", "how often; 0: without end", Any},
     {"when", "", 0, 0, "", "starts when this comes true: \"x3_in > 5\", \"p3_psi < 40\"", Any},
     {"when_frame", "", 0, 0, "", "starts when the frame with this identifier is received: 0x100", Any},
     {"when_fault", "", 0, 0, "", "starts with the tick after the start of this other fault", Any},
@@ -57,11 +57,11 @@ constexpr std::array kCommon = std::to_array<CommonParameter>({
 std::string Shown(const Word& word) {
   const double* number = std::get_if<double>(&word);
   return number != nullptr ? base::Formatted("%g", *number)
-                           : std::get<std::string>(word).substr(0, kMostShown);
+                           : std::get<std::string>(word).substr(0, kMaxShown);
 }
 
 std::string Suggestion(const std::string& name, const std::vector<std::string>& names) {
-  return "; " + base::DidYouMean(name.substr(0, kMostShown), names, "there are " + base::Listed(names));
+  return "; " + base::DidYouMean(name.substr(0, kMaxShown), names, "there are " + base::Listed(names));
 }
 
 double RequireNumber(const std::string& name, const Word& word, double minimum, double maximum,
@@ -86,23 +86,23 @@ const simulation::Quantity& RequireQuantity(const std::string& name) {
     if (name == quantity.name || same) return quantity;
     names.emplace_back(quantity.name);
   }
-  throw base::UsageError("there is no quantity " + name.substr(0, kMostShown) + Suggestion(name, names));
+  throw base::UsageError("there is no quantity " + name.substr(0, kMaxShown) + Suggestion(name, names));
 }
 
-std::uint8_t RequireMessage(const std::string& name, const signal_map::Contract* contract) {
+std::uint8_t RequireMessage(const std::string& name, const signal_map::SignalMap* signal_map) {
   std::vector<std::string> names;
-  for (std::size_t i = 0; contract != nullptr && i < contract->MessageCount(); ++i) {
-    if (contract->MessageOf(i).name == name) return static_cast<std::uint8_t>(i);
-    names.push_back(contract->MessageOf(i).name);
+  for (std::size_t i = 0; signal_map != nullptr && i < signal_map->MessageCount(); ++i) {
+    if (signal_map->MessageOf(i).name == name) return static_cast<std::uint8_t>(i);
+    names.push_back(signal_map->MessageOf(i).name);
   }
-  throw base::UsageError("there is no published message " + name.substr(0, kMostShown) +
+  throw base::UsageError("there is no published message " + name.substr(0, kMaxShown) +
                          Suggestion(name, names));
 }
 
 /// "x3_in > 5"
 Trigger ConditionOf(const std::string& text) {
   const std::size_t sign = text.find_first_of("<>");
-  const std::string form = "when = " + text.substr(0, kMostShown) +
+  const std::string form = "when = " + text.substr(0, kMaxShown) +
                            ": expected QUANTITY > NUMBER or QUANTITY < NUMBER, such as \"x3_in > 5\"";
   if (sign == std::string::npos) throw base::UsageError(form);
   const auto trimmed = [](const std::string& part) {
@@ -118,7 +118,7 @@ Trigger ConditionOf(const std::string& text) {
     throw base::UsageError(form);
   const simulation::Quantity& quantity = RequireQuantity(name);
   if (!quantity.repeatable) {
-    throw base::UsageError("when = " + text.substr(0, kMostShown) + ": " + quantity.name +
+    throw base::UsageError("when = " + text.substr(0, kMaxShown) + ": " + quantity.name +
                            " is the machine's doing, no replay would repeat it");
   }
   trigger.quantity = static_cast<std::uint8_t>(simulation::IndexOf(quantity));
@@ -129,7 +129,7 @@ Trigger ConditionOf(const std::string& text) {
 Trigger FrameOf(const Word& word) {
   std::uint32_t id = std::numeric_limits<std::uint32_t>::max();
   if (const double* number = std::get_if<double>(&word)) {
-    if (*number >= 0 && *number <= kMostExtendedId && *number == std::floor(*number))
+    if (*number >= 0 && *number <= kMaxExtendedId && *number == std::floor(*number))
       id = static_cast<std::uint32_t>(*number);
   } else {
     const std::string& text = std::get<std::string>(word);
@@ -139,10 +139,10 @@ Trigger FrameOf(const Word& word) {
         std::from_chars(text.data() + (hexadecimal ? 2 : 0), last, id, hexadecimal ? 16 : 10);
     if (error != std::errc{} || end != last) id = std::numeric_limits<std::uint32_t>::max();
   }
-  if (id > kMostExtendedId)
+  if (id > kMaxExtendedId)
     throw base::UsageError("when_frame = " + Shown(word) +
                            ": must be an identifier from 0 to 0x1FFFFFFF, such as 0x100");
-  return {.kind = Trigger::Kind::kFrame, .frame_id = id, .extended = id > kMostStandardId};
+  return {.kind = Trigger::Kind::kFrame, .frame_id = id, .extended = id > kMaxStandardId};
 }
 
 /// A frame that never comes would start nothing.
@@ -246,7 +246,7 @@ void SetOwn(const std::string& name, const Word& word, const Spec& spec, Injecti
   for (const CommonParameter& common : kCommon) {
     if (common.fits(spec)) names.emplace_back(common.name);
   }
-  throw base::UsageError(std::string(spec.name) + " has no parameter " + name.substr(0, kMostShown) +
+  throw base::UsageError(std::string(spec.name) + " has no parameter " + name.substr(0, kMaxShown) +
                          Suggestion(name, names));
 }
 
@@ -262,7 +262,7 @@ const Spec& RequireFault(const std::string& name) {
     if (name == spec.name) return spec;
     names.emplace_back(spec.name);
   }
-  const std::string shown = name.substr(0, kMostShown);
+  const std::string shown = name.substr(0, kMaxShown);
   throw base::UsageError("there is no fault " + shown + "; " +
                          base::DidYouMean(shown, names, "`servohil fault list` has all"));
 }
@@ -274,7 +274,7 @@ std::uint8_t UnderstandTarget(const Spec& spec, const Words& words, const FaultC
       target = static_cast<std::uint8_t>(
           simulation::IndexOf(RequireQuantity(RequireText(name, word, "a quantity's name"))));
     if (name == "message" && spec.HasMessage())
-      target = RequireMessage(RequireText(name, word, "a message's name"), context.contract);
+      target = RequireMessage(RequireText(name, word, "a message's name"), context.signal_map);
   }
   return target;
 }
@@ -300,12 +300,12 @@ UnderstoodInjection UnderstandInjection(const std::string& fault, const Words& w
   return {injection, WhyNoEffect(spec, injection, context)};
 }
 
-std::string TargetName(const Spec& spec, std::uint8_t target, const signal_map::Contract* contract) {
+std::string TargetName(const Spec& spec, std::uint8_t target, const signal_map::SignalMap* signal_map) {
   if (target == Injection::kEverything) return {};
   if (spec.HasSignal() && target < simulation::Quantities().size())
     return simulation::Quantities()[target].name;
-  if (spec.HasMessage() && contract != nullptr && target < contract->MessageCount())
-    return contract->MessageOf(target).name;
+  if (spec.HasMessage() && signal_map != nullptr && target < signal_map->MessageCount())
+    return signal_map->MessageOf(target).name;
   return std::to_string(target);
 }
 
@@ -324,11 +324,11 @@ std::string TriggerText(const Trigger& trigger) {
   return {};
 }
 
-std::string EventText(const fault::Event& event, const signal_map::Contract* contract) {
+std::string EventText(const fault::Event& event, const signal_map::SignalMap* signal_map) {
   static constexpr std::array kWhat = {"waits from", "starts at", "ends at", "is changed at",
                                        "is cleared at"};
   const Spec& spec = *fault::Find(event.id);
-  const std::string target = TargetName(spec, event.target, contract);
+  const std::string target = TargetName(spec, event.target, signal_map);
   return std::string("fault ") + spec.name + (target.empty() ? "" : " of " + target) + " " +
          kWhat[static_cast<std::size_t>(event.kind)] +
          base::Formatted(" tick %llu (%.4f s)", static_cast<unsigned long long>(event.tick),

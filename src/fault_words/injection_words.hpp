@@ -10,14 +10,14 @@
 
 #include "fault/catalogue.hpp"
 #include "fault/schedule.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::fault_words {
 
 /// What faults meet in a run.
 struct FaultContext {
   fault::Surroundings surroundings;
-  const signal_map::Contract* contract = nullptr;  ///< null: nothing is published
+  const signal_map::SignalMap* signal_map = nullptr;  ///< null: nothing is published
   /// Identifiers that a kernel's filter lets through; empty: all.
   std::vector<can::WantedId> received = {};
 };
@@ -59,10 +59,10 @@ const fault::Spec& RequireFault(const std::string& name);
 std::uint8_t UnderstandTarget(const fault::Spec& spec, const Words& words, const FaultContext& context);
 
 /// "x3_in", "SERVO_Position"; empty where there is none.
-std::string TargetName(const fault::Spec& spec, std::uint8_t target, const signal_map::Contract* contract);
+std::string TargetName(const fault::Spec& spec, std::uint8_t target, const signal_map::SignalMap* signal_map);
 /// "x3_in > 5", "frame 0x123", "air_entrainment starts"; empty: at its time.
 std::string TriggerText(const fault::Trigger& trigger);
 /// "fault sensor_offset of x3_in starts at tick 1234 (0.1234 s)"
-std::string EventText(const fault::Event& event, const signal_map::Contract* contract);
+std::string EventText(const fault::Event& event, const signal_map::SignalMap* signal_map);
 
 }  // namespace servohil::fault_words

@@ -14,7 +14,7 @@ namespace {
 constexpr int kFiner = 8;
 constexpr int kWantedCompared = 8;  // sub-steps; below, RK4 is far inside its bound
 // Bound the time, 50 ms where all is stiff. 30 ms take the nominal piston from 2 in into its stop at 70 in/s.
-constexpr int kMostCompared = 150;
+constexpr int kMaxCompared = 150;
 constexpr int kTicksOfJump = 300;
 constexpr int kTicksTowardRest = 40;
 constexpr std::array kStarts = {0.005, 0.25, 0.75, 0.995};  // of the stroke
@@ -69,7 +69,7 @@ class Sweep {
 
   void Compare(const State& before, double p1_psi, const State& after) noexcept {
     SweepTick tick = TickFrom(d_, before, p1_psi);
-    if (compared_++ >= kMostCompared) {
+    if (compared_++ >= kMaxCompared) {
       Note(tick);
       return;
     }

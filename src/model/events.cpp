@@ -7,7 +7,7 @@
 namespace servohil::model {
 namespace {
 
-constexpr Guard kNone = {1.0, 0.0};
+constexpr Validator kNone = {1.0, 0.0};
 enum GuardIndex : std::uint8_t {
   kPistonFirst,
   kPistonSecond,
@@ -58,8 +58,8 @@ Guards GuardsOf(const Derived& d, const State& s, double p1_psi, const StateVect
   Guards g = {kNone, kNone, kNone, kNone, kNone, kNone};
   // At rest x3 and so the load are constant: a drive's rate is A3 dP3/dt.
   const double drive_rate = d.A3 * rates[kP3];
-  const Guard holds_up = {BreakawayUp(d) - DriveUp(d, s), -drive_rate};
-  const Guard holds_down = {DriveDown(d, s) - BreakawayDown(d), drive_rate};
+  const Validator holds_up = {BreakawayUp(d) - DriveUp(d, s), -drive_rate};
+  const Validator holds_down = {DriveDown(d, s) - BreakawayDown(d), drive_rate};
   switch (s.mode.motion) {
     case Motion::kFree:
       g[kPistonFirst] = {s.x3_in - d.x3_low, s.v3_in_s};
@@ -112,7 +112,7 @@ Guards GuardsOf(const Derived& d, const State& s, double p1_psi, const StateVect
 
 bool AnyGuardEnded(const Derived& d, const State& state, double p1_psi) noexcept {
   const Guards guards = GuardsOf(d, state, p1_psi, StateVector::Zero());
-  return std::any_of(guards.begin(), guards.end(), [](const Guard& g) { return g.value < 0.0; });
+  return std::any_of(guards.begin(), guards.end(), [](const Validator& g) { return g.value < 0.0; });
 }
 
 State AfterEvent(const Derived& d, const State& state, std::size_t index) noexcept {

@@ -9,21 +9,21 @@
 namespace servohil::model {
 
 /// A quantity that is not negative while the mode lasts, and its rate of change.
-struct Guard {
+struct Validator {
   double value;
   double rate;
 };
 
 /// Piston: two; plunger: two; diaphragm, relay port: one each. Those that a mode does not need are {1, 0}.
-using Guards = std::array<Guard, 6>;
+using Guards = std::array<Validator, 6>;
 
 /// The guards of `mode` at a state with the given rates. Real-time safe.
 Guards GuardsOf(const Derived& d, const State& state, double p1_psi, const StateVector& rates) noexcept;
 
-/// A guard of `state` is negative: something happened on the way there. Real-time safe.
+/// A validator of `state` is negative: something happened on the way there. Real-time safe.
 bool AnyGuardEnded(const Derived& d, const State& state, double p1_psi) noexcept;
 
-/// What follows when guard `index` has fallen to 0: the state with its new mode. Real-time safe.
+/// What follows when validator `index` has fallen to 0: the state with its new mode. Real-time safe.
 State AfterEvent(const Derived& d, const State& state, std::size_t index) noexcept;
 
 /// The motion that follows rest between the stops. Real-time safe.

@@ -50,7 +50,7 @@ double HermiteZero(double f0, double m0, double f1, double m1) noexcept {
 
 struct Event {
   double fraction = 2.0;  ///< of the sub-step; above 1: none
-  std::size_t guard = 0;
+  std::size_t validator = 0;
 };
 
 /// The first event between two states of one mode.
@@ -78,7 +78,7 @@ struct Plan {
 Plan PlanFor(const Derived& d, const TimeScales& scales, double left_s, double h_s) noexcept {
   double wanted = left_s * scales.FastestMode() / kRateTimesSubStep;
   // The comparison is false where the rate is not a number.
-  const bool stiff = d.full && !(wanted * h_s <= kMostRungeKuttaSubSteps * left_s);
+  const bool stiff = d.full && !(wanted * h_s <= kMaxRungeKuttaSubSteps * left_s);
   if (stiff) wanted = kRosenbrockSubSteps * left_s / h_s;
   wanted = std::max({1.0, wanted, left_s * scales.stiffness / kStiffnessShare, left_s * scales.ports});
   return {wanted > 1.0 ? std::ceil(wanted) : 1.0, stiff};
@@ -121,7 +121,7 @@ StepResult Step(const Derived& d, const State& state, double p1_psi, double h_s)
     }
     const double until_event_s = event.fraction * sub_step_s;
     if (until_event_s > 0.0) s = Integrate(context, s, rates, until_event_s);
-    s = AfterEvent(d, s, event.guard);
+    s = AfterEvent(d, s, event.validator);
     left_s -= until_event_s;
     if (++events == kMaxEvents) Hold(s);
   }

@@ -28,7 +28,7 @@ inline constexpr double kRateTimesSubStep = 0.5;
 
 /// Physics "full": where RK4 would need more sub-steps than this, kRosenbrockSubSteps of the L-stable
 /// Rosenbrock method do as well, whatever the rate.
-inline constexpr double kMostRungeKuttaSubSteps = 24.0;
+inline constexpr double kMaxRungeKuttaSubSteps = 24.0;
 inline constexpr double kRosenbrockSubSteps = 8.0;
 
 /// A sub-step lets P3 and P4 change by no more than this share of the pressure in which the oil's stiffness

@@ -9,9 +9,9 @@
 #include "base/error.hpp"
 #include "base/readable.hpp"
 #include "recording/hdf5.hpp"
-#include "recording/influence_columns.hpp"
 #include "recording/recording_format.hpp"
 #include "recording/sample_columns.hpp"
+#include "recording/stimulus_columns.hpp"
 
 namespace servohil::recording {
 namespace {
@@ -233,8 +233,7 @@ bool RecordingReader::HasColumn(std::size_t column) const noexcept {
   return contents_->samples[column].has_value();
 }
 
-std::size_t RecordingReader::ReadSamples(std::uint64_t first,
-                                         std::span<simulation::Telemetry> samples) const {
+std::size_t RecordingReader::ReadSamples(std::uint64_t first, std::span<simulation::RunState> samples) const {
   if (first >= contents_->sample_count) return 0;
   const auto count =
       static_cast<std::size_t>(std::min<std::uint64_t>(samples.size(), contents_->sample_count - first));
@@ -253,27 +252,26 @@ std::size_t RecordingReader::ReadSamples(std::uint64_t first,
   return count;
 }
 
-std::vector<Influence> RecordingReader::Influences() const {
-  std::vector<Influence> influences;
+std::vector<Stimulus> RecordingReader::Stimuli() const {
+  std::vector<Stimulus> stimuli;
   const std::string group = "influences/";
   // What all its columns have: a killed recording's may differ by the last rows.
-  std::uint64_t rows = contents_->Open((group + InfluenceColumns().front().name).c_str()).Rows();
-  for (const InfluenceColumn& place : InfluenceColumns()) {
+  std::uint64_t rows = contents_->Open((group + StimulusColumns().front().name).c_str()).Rows();
+  for (const StimulusColumn& place : StimulusColumns()) {
     const std::string column_name = group + place.name;
     if (!place.required && !contents_->Has(column_name)) continue;
     const Column column = contents_->Open(column_name.c_str());
     rows = std::min(rows, column.Rows());
-    influences.resize(static_cast<std::size_t>(rows));
+    stimuli.resize(static_cast<std::size_t>(rows));
     std::visit(
         [&](auto value) {
-          using Value = std::remove_reference_t<std::invoke_result_t<decltype(value), Influence&>>;
+          using Value = std::remove_reference_t<std::invoke_result_t<decltype(value), Stimulus&>>;
           const auto stored = ReadAll<StoredInfluence<Value>>(column, rows);
-          for (std::size_t i = 0; i < stored.size(); ++i)
-            value(influences[i]) = static_cast<Value>(stored[i]);
+          for (std::size_t i = 0; i < stored.size(); ++i) value(stimuli[i]) = static_cast<Value>(stored[i]);
         },
         place.place);
   }
-  return influences;
+  return stimuli;
 }
 
 std::vector<RecordingGap> RecordingReader::Gaps() const {

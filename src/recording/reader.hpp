@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "recording/recording.hpp"
-#include "simulation/telemetry.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::recording {
 
@@ -37,9 +37,9 @@ class RecordingReader {
   /// then leaves the default.
   bool HasColumn(std::size_t column) const noexcept;
   /// Fills `samples` from row `first` on. @return how many; 0 at the end. `due` is not recorded.
-  std::size_t ReadSamples(std::uint64_t first, std::span<simulation::Telemetry> samples) const;
+  std::size_t ReadSamples(std::uint64_t first, std::span<simulation::RunState> samples) const;
 
-  std::vector<Influence> Influences() const;
+  std::vector<Stimulus> Stimuli() const;
   std::vector<RecordingGap> Gaps() const;
 
  private:

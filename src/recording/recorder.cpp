@@ -77,7 +77,7 @@ struct LoggedFrame {
 };
 
 /// One stream, so that no sample is on file before what it has felt.
-using FaultOrInfluence = std::variant<Influence, fault::Event>;
+using FaultOrStimulus = std::variant<Stimulus, fault::Event>;
 
 constexpr std::size_t kRecordedStreams = 4;
 constexpr std::size_t Index(RecordedStream stream) {
@@ -96,23 +96,23 @@ std::uint64_t FreeBytes(const std::filesystem::path& directory) {
 class Recorder::Writer {
  public:
   Writer(const std::filesystem::path& directory, const RecordingAttributes& attributes,
-         const signal_map::Contract& contract, const RecorderOptions& options)
+         const signal_map::SignalMap& signal_map, const RecorderOptions& options)
       : directory_(directory),
         options_(options),
         every_ticks_(attributes.every_ticks),
-        file_(directory, attributes, contract),
+        file_(directory, attributes, signal_map),
         thread_([this] { Run(); }) {}
   ~Writer() { Finish(std::nullopt); }
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  void RecordTick(const simulation::Telemetry& telemetry) noexcept {
-    const std::uint64_t tick = telemetry.sample.tick;
+  void RecordTick(const simulation::RunState& run_state) noexcept {
+    const std::uint64_t tick = run_state.sample.tick;
     newest_tick_.store(tick, std::memory_order_relaxed);
-    if (tick % every_ticks_ == 0) Push(samples_, tick, telemetry);
+    if (tick % every_ticks_ == 0) Push(samples_, tick, run_state);
   }
-  void RecordInfluence(const Influence& influence) noexcept { Push(influences_, influence.tick, influence); }
-  void RecordFaultEvent(const fault::Event& event) noexcept { Push(influences_, event.tick, event); }
+  void RecordStimulus(const Stimulus& stimulus) noexcept { Push(stimuli_, stimulus.tick, stimulus); }
+  void RecordFaultEvent(const fault::Event& event) noexcept { Push(stimuli_, event.tick, event); }
   void RecordReceived(const can::Frame& frame, std::size_t bus) noexcept {
     const std::int64_t time_ns = frame.receive_time_ns != 0 ? frame.receive_time_ns : base::RealTimeNs();
     const std::uint64_t tick = newest_tick_.load(std::memory_order_relaxed);
@@ -123,7 +123,7 @@ class Recorder::Writer {
   }
 
   bool Incomplete() const noexcept {
-    return failed_.load(std::memory_order_relaxed) || samples_.Lost() != 0 || influences_.Lost() != 0 ||
+    return failed_.load(std::memory_order_relaxed) || samples_.Lost() != 0 || stimuli_.Lost() != 0 ||
            received_.Lost() != 0 || sent_.Lost() != 0;
   }
 
@@ -158,8 +158,8 @@ class Recorder::Writer {
   const RecorderOptions options_;
   const std::uint64_t every_ticks_;
 
-  LossyRing<simulation::Telemetry, kSampleRing> samples_;
-  LossyRing<FaultOrInfluence, kSampleRing> influences_;
+  LossyRing<simulation::RunState, kSampleRing> samples_;
+  LossyRing<FaultOrStimulus, kSampleRing> stimuli_;
   LossyRing<LoggedFrame, kFrameRing> received_;
   LossyRing<LoggedFrame, kFrameRing> sent_;
   std::atomic<std::uint64_t> newest_tick_{0};
@@ -168,8 +168,8 @@ class Recorder::Writer {
   // The writer thread's; after its end, Finish()'s.
   RecordingFile file_;
   bool broken_ = false;  ///< failed, and the file takes no end either
-  std::vector<simulation::Telemetry> round_samples_;
-  std::vector<FaultOrInfluence> round_influences_;
+  std::vector<simulation::RunState> round_samples_;
+  std::vector<FaultOrStimulus> round_stimuli_;
   std::vector<LoggedFrame> round_received_;
   std::vector<LoggedFrame> round_sent_;
   std::vector<LoggedFrame> to_log_;  ///< in the merge window
@@ -220,15 +220,15 @@ bool Recorder::Writer::Round() {
 
 bool Recorder::Writer::TakeRound() {
   round_samples_.clear();
-  round_influences_.clear();
+  round_stimuli_.clear();
   round_received_.clear();
   round_sent_.clear();
-  // Samples before influences: those that these samples used are then among those taken after them.
+  // Samples before stimuli: those that these samples used are then among those taken after them.
   bool more = TakeSome(samples_, RecordedStream::kSamples, kSamplesPerRound,
-                       [this](const simulation::Telemetry& sample) { round_samples_.push_back(sample); });
+                       [this](const simulation::RunState& sample) { round_samples_.push_back(sample); });
   constexpr int kAll = std::numeric_limits<int>::max();
-  TakeSome(influences_, RecordedStream::kInfluences, kAll,
-           [this](const FaultOrInfluence& influence) { round_influences_.push_back(influence); });
+  TakeSome(stimuli_, RecordedStream::kStimuli, kAll,
+           [this](const FaultOrStimulus& stimulus) { round_stimuli_.push_back(stimulus); });
   more |= TakeSome(received_, RecordedStream::kReceivedFrames, kFramesPerRound,
                    [this](const LoggedFrame& frame) { round_received_.push_back(frame); });
   more |= TakeSome(sent_, RecordedStream::kSentFrames, kFramesPerRound,
@@ -251,11 +251,11 @@ bool Recorder::Writer::TakeSome(Ring& ring, RecordedStream stream, int most, con
 
 void Recorder::Writer::WriteRound() {
   const std::int64_t now_ns = base::MonotonicNs();
-  for (const FaultOrInfluence& one : round_influences_)
+  for (const FaultOrStimulus& one : round_stimuli_)
     std::visit([&](const auto& row) { file_.Add(row, now_ns); }, one);
-  for (const simulation::Telemetry& sample : round_samples_) file_.Add(sample, now_ns);
+  for (const simulation::RunState& sample : round_samples_) file_.Add(sample, now_ns);
   for (const LoggedFrame& frame : round_sent_)
-    if (frame.message != simulation::kMostMessages)
+    if (frame.message != simulation::kMaxMessages)
       file_.AddPublished(frame.tick, frame.message, frame.frame, now_ns);
   to_log_.insert(to_log_.end(), round_received_.begin(), round_received_.end());
   to_log_.insert(to_log_.end(), round_sent_.begin(), round_sent_.end());
@@ -288,10 +288,10 @@ void Recorder::Writer::LoseRound() {
     RecordingGap& gap = last_gaps_[Index(stream)];
     if (gap.lost++ == 0) gap = {stream, tick, 1};
   };
-  for (const simulation::Telemetry& sample : round_samples_)
+  for (const simulation::RunState& sample : round_samples_)
     lose(RecordedStream::kSamples, sample.sample.tick);
-  for (const FaultOrInfluence& one : round_influences_)
-    std::visit([&](const auto& row) { lose(RecordedStream::kInfluences, row.tick); }, one);
+  for (const FaultOrStimulus& one : round_stimuli_)
+    std::visit([&](const auto& row) { lose(RecordedStream::kStimuli, row.tick); }, one);
   for (const LoggedFrame& frame : round_received_) lose(RecordedStream::kReceivedFrames, frame.tick);
   for (const LoggedFrame& frame : round_sent_) lose(RecordedStream::kSentFrames, frame.tick);
 }
@@ -308,7 +308,7 @@ void Recorder::Writer::WriteRest() {
     if (const auto loss = ring.LostAtEnd(); loss.lost != 0) Lose(stream, loss.first_tick, loss.lost);
   };
   lose_rest(samples_, RecordedStream::kSamples);
-  lose_rest(influences_, RecordedStream::kInfluences);
+  lose_rest(stimuli_, RecordedStream::kStimuli);
   lose_rest(received_, RecordedStream::kReceivedFrames);
   lose_rest(sent_, RecordedStream::kSentFrames);
   if (broken_) return;
@@ -322,20 +322,19 @@ void Recorder::Writer::WriteRest() {
 void Recorder::Writer::Account() {
   RecordingReport& report = *report_;
   report.samples = file_.Samples();
-  report.influences = file_.Influences();
+  report.stimuli = file_.Stimuli();
   report.frames = file_.Frames();
   report.samples_lost = offered_[Index(RecordedStream::kSamples)] - report.samples;
-  report.influences_lost =
-      offered_[Index(RecordedStream::kInfluences)] - report.influences - file_.FaultEvents();
+  report.stimuli_lost = offered_[Index(RecordedStream::kStimuli)] - report.stimuli - file_.FaultEvents();
   report.frames_lost = offered_[Index(RecordedStream::kReceivedFrames)] +
                        offered_[Index(RecordedStream::kSentFrames)] - report.frames;
-  report.complete = !failed_ && report.samples_lost + report.influences_lost + report.frames_lost == 0;
+  report.complete = !failed_ && report.samples_lost + report.stimuli_lost + report.frames_lost == 0;
   report.writer_cpu_s = cpu_s_;
   if (report.complete) return;
   report.problem = (failed_ ? problem_ : directory_.string() + ": the disk was too slow") +
                    base::Formatted("; lost: %llu samples, %llu influences, %llu frames",
                                    static_cast<unsigned long long>(report.samples_lost),
-                                   static_cast<unsigned long long>(report.influences_lost),
+                                   static_cast<unsigned long long>(report.stimuli_lost),
                                    static_cast<unsigned long long>(report.frames_lost));
 }
 
@@ -369,20 +368,20 @@ RecordingReport Recorder::Writer::Finish(const std::optional<RecordingEnd>& end)
 }
 
 Recorder::Recorder(const std::filesystem::path& directory, const RecordingAttributes& attributes,
-                   const signal_map::Contract& contract, const RecorderOptions& options) {
+                   const signal_map::SignalMap& signal_map, const RecorderOptions& options) {
   PrepareThread();
   MakeDirectory(directory, options);
-  writer_ = std::make_unique<Writer>(directory, attributes, contract, options);
+  writer_ = std::make_unique<Writer>(directory, attributes, signal_map, options);
 }
 
 Recorder::~Recorder() = default;
 
-void Recorder::RecordTick(const simulation::Telemetry& telemetry) noexcept {
-  writer_->RecordTick(telemetry);
+void Recorder::RecordTick(const simulation::RunState& run_state) noexcept {
+  writer_->RecordTick(run_state);
 }
 
-void Recorder::RecordInfluence(const Influence& influence) noexcept {
-  writer_->RecordInfluence(influence);
+void Recorder::RecordStimulus(const Stimulus& stimulus) noexcept {
+  writer_->RecordStimulus(stimulus);
 }
 
 void Recorder::RecordFaultEvent(const fault::Event& event) noexcept {

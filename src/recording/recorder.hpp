@@ -2,7 +2,7 @@
 /// Records a run: DIR/servohil.h5 (HDF5, readable while it grows and after a kill) and DIR/bus.log (candump).
 /// README.md, "Recording", has the layout.
 ///
-///   [sim] ─ samples, influences ▶ rings ┐
+///   [sim] ─ samples, stimuli ▶ rings ┐
 ///   [can_rx] ─ frames ▶ ring ─────────┼▶ [recorder] ─▶ disk
 ///   [can_tx] ─ frames ▶ ring ─────────┘
 ///
@@ -16,8 +16,8 @@
 
 #include "can/frame.hpp"
 #include "recording/recording.hpp"
-#include "signal_map/contract.hpp"
-#include "simulation/telemetry.hpp"
+#include "signal_map/signal_map.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::recording {
 
@@ -35,13 +35,13 @@ struct RecorderOptions {
 
 /// What became of a recording.
 struct RecordingReport {
-  bool complete = true;          ///< nothing was lost
-  std::string problem;           ///< one line; empty when complete
-  std::uint64_t samples = 0;     ///< on file
-  std::uint64_t influences = 0;  ///< on file: commands and faults
-  std::uint64_t frames = 0;      ///< in bus.log; a frame sent on several buses counts once
+  bool complete = true;       ///< nothing was lost
+  std::string problem;        ///< one line; empty when complete
+  std::uint64_t samples = 0;  ///< on file
+  std::uint64_t stimuli = 0;  ///< on file: commands and faults
+  std::uint64_t frames = 0;   ///< in bus.log; a frame sent on several buses counts once
   std::uint64_t samples_lost = 0;
-  std::uint64_t influences_lost = 0;
+  std::uint64_t stimuli_lost = 0;
   std::uint64_t frames_lost = 0;
   double writer_cpu_s = 0.0;  ///< CPU time of the writer thread
 };
@@ -52,7 +52,7 @@ class Recorder {
   /// @throws UsageError when the directory holds a recording already, EnvironmentError when it cannot be
   ///         written or the disk is full
   Recorder(const std::filesystem::path& directory, const RecordingAttributes& attributes,
-           const signal_map::Contract& contract, const RecorderOptions& options = {});
+           const signal_map::SignalMap& signal_map, const RecorderOptions& options = {});
   /// As Finish() without an end: like a killed recording, but with nothing lost.
   ~Recorder();
   Recorder(const Recorder&) = delete;
@@ -60,15 +60,15 @@ class Recorder {
 
   // Simulation thread. Wait-free, real-time safe (unless producers_wait).
   /// Takes it when its tick is a multiple of every_ticks.
-  void RecordTick(const simulation::Telemetry& telemetry) noexcept;
-  /// An influence from outside with the first tick that uses it; before RecordTick() of that tick.
-  void RecordInfluence(const Influence& influence) noexcept;
+  void RecordTick(const simulation::RunState& run_state) noexcept;
+  /// An stimulus from outside with the first tick that uses it; before RecordTick() of that tick.
+  void RecordStimulus(const Stimulus& stimulus) noexcept;
   /// What has happened to a fault.
   void RecordFaultEvent(const fault::Event& event) noexcept;
 
   /// Receiver thread. Wait-free, real-time safe. @param bus  index into RecordingAttributes::buses
   void RecordReceived(const can::Frame& frame, std::size_t bus) noexcept;
-  /// Sender thread. Wait-free, real-time safe. @param message  kMostMessages: none that is published @param
+  /// Sender thread. Wait-free, real-time safe. @param message  kMaxMessages: none that is published @param
   /// tick  whose state the frame carries
   void RecordSent(std::uint64_t tick, std::size_t message, const can::Frame& frame) noexcept;
 

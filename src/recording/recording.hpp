@@ -26,18 +26,13 @@ struct RecordingAttributes : configuration::RunTexts {
 };
 
 /// Something from outside, with the first tick that feels it.
-struct Influence {
+struct Stimulus {
   std::uint64_t tick = 0;
   simulation::Request request{};  ///< any but kSnapshot; its number is not recorded
 };
 
 /// What a gap is a gap in.
-enum class RecordedStream : std::uint8_t {
-  kSamples = 0,
-  kInfluences = 1,
-  kReceivedFrames = 2,
-  kSentFrames = 3
-};
+enum class RecordedStream : std::uint8_t { kSamples = 0, kStimuli = 1, kReceivedFrames = 2, kSentFrames = 3 };
 
 /// Items that never reached the file: the disk was too slow or full.
 struct RecordingGap {

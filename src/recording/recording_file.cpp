@@ -14,9 +14,9 @@
 #include "can/dbc/codec.hpp"
 #include "fault/catalogue.hpp"
 #include "model/step.hpp"
-#include "recording/influence_columns.hpp"
 #include "recording/recording_format.hpp"
 #include "recording/sample_columns.hpp"
+#include "recording/stimulus_columns.hpp"
 
 namespace servohil::recording {
 namespace {
@@ -113,7 +113,7 @@ std::vector<TableColumn> SampleTableColumns() {
     const auto type = std::visit(
         [](auto place) {
           return ColumnTypeOf<Stored<
-              std::remove_reference_t<std::invoke_result_t<decltype(place), simulation::Telemetry&>>>>();
+              std::remove_reference_t<std::invoke_result_t<decltype(place), simulation::RunState&>>>>();
         },
         column.place);
     columns.push_back({column.name, column.unit, column.description, type,
@@ -135,11 +135,11 @@ std::vector<TableColumn> PublishedColumns(const can::Message& message) {
 
 std::vector<TableColumn> InfluenceTableColumns() {
   std::vector<TableColumn> columns;
-  for (const InfluenceColumn& column : InfluenceColumns()) {
+  for (const StimulusColumn& column : StimulusColumns()) {
     const auto type = std::visit(
         [](auto place) {
           return ColumnTypeOf<
-              StoredInfluence<std::remove_reference_t<std::invoke_result_t<decltype(place), Influence&>>>>();
+              StoredInfluence<std::remove_reference_t<std::invoke_result_t<decltype(place), Stimulus&>>>>();
         },
         column.place);
     columns.push_back({column.name, column.unit, column.description, type});
@@ -159,32 +159,32 @@ std::vector<TableColumn> FaultEventColumns() {
 }  // namespace
 
 RecordingFile::RecordingFile(const std::filesystem::path& directory, const RecordingAttributes& attributes,
-                             const signal_map::Contract& contract)
+                             const signal_map::SignalMap& signal_map)
     : name_((directory / kRecordingFile).string()), buses_(attributes.buses), file_(CreateFile(name_)) {
   log_.emplace(directory / kBusLogFile);
   WriteAttributes(*file_, attributes, name_);
-  CreateTables(contract, attributes.every_ticks);
+  CreateTables(signal_map, attributes.every_ticks);
   Require(H5Fstart_swmr_write(*file_), name_ + ": cannot be written");
 }
 
-void RecordingFile::CreateTables(const signal_map::Contract& contract, std::uint64_t every_ticks) {
+void RecordingFile::CreateTables(const signal_map::SignalMap& signal_map, std::uint64_t every_ticks) {
   samples_.emplace(*file_, "samples", SampleTableColumns(), ChunkRows(every_ticks), name_);
-  influences_.emplace(*file_, "influences", InfluenceTableColumns(), kInfluencesPerChunk, name_);
+  stimuli_.emplace(*file_, "influences", InfluenceTableColumns(), kInfluencesPerChunk, name_);
   fault_events_.emplace(*file_, "fault_events", FaultEventColumns(), kInfluencesPerChunk, name_);
   const std::vector<TableColumn> gap{
       {"stream", "", "0 samples, 1 influences, 2 received frames, 3 sent frames", TableColumn::Type::kByte},
       TickColumn("of the first one lost; of received frames about"),
       {"lost", "", "how many", TableColumn::Type::kUnsigned64}};
   gaps_.emplace(*file_, "gaps", gap, kSmallestChunkRows, name_);
-  for (std::size_t i = 0; i < contract.MessageCount(); ++i) {
-    const can::Message& message = contract.MessageOf(i);
+  for (std::size_t i = 0; i < signal_map.MessageCount(); ++i) {
+    const can::Message& message = signal_map.MessageOf(i);
     published_.push_back({message, TableWriter(*file_, "published/" + message.name, PublishedColumns(message),
-                                               ChunkRows(contract.CycleTicks(i)), name_)});
+                                               ChunkRows(signal_map.CycleTicks(i)), name_)});
   }
 }
 
-void RecordingFile::Add(const simulation::Telemetry& telemetry, std::int64_t now_ns) {
-  simulation::Telemetry copy = telemetry;
+void RecordingFile::Add(const simulation::RunState& run_state, std::int64_t now_ns) {
+  simulation::RunState copy = run_state;
   const auto columns = SampleColumns();
   for (std::size_t i = 0; i < columns.size(); ++i) {
     std::visit(
@@ -199,24 +199,24 @@ void RecordingFile::Add(const simulation::Telemetry& telemetry, std::int64_t now
 }
 
 void RecordingFile::WriteSamples() {
-  influences_->Write();
-  influences_->Flush();
+  stimuli_->Write();
+  stimuli_->Flush();
   samples_->Write();
   flush_due_ = true;
 }
 
-void RecordingFile::Add(const Influence& influence, std::int64_t now_ns) {
-  Influence copy = influence;
-  const auto columns = InfluenceColumns();
+void RecordingFile::Add(const Stimulus& stimulus, std::int64_t now_ns) {
+  Stimulus copy = stimulus;
+  const auto columns = StimulusColumns();
   for (std::size_t i = 0; i < columns.size(); ++i) {
     std::visit(
         [&](auto place) {
           using Value = std::remove_reference_t<decltype(place(copy))>;
-          influences_->Put(i, static_cast<StoredInfluence<Value>>(place(copy)));
+          stimuli_->Put(i, static_cast<StoredInfluence<Value>>(place(copy)));
         },
         columns[i].place);
   }
-  EndRow(*influences_, now_ns);
+  EndRow(*stimuli_, now_ns);
 }
 
 void RecordingFile::Add(const fault::Event& event, std::int64_t now_ns) {
@@ -287,7 +287,7 @@ void RecordingFile::Write(std::int64_t now_ns, bool all) {
 }
 
 std::vector<TableWriter*> RecordingFile::OtherTables() {
-  std::vector<TableWriter*> tables{&*influences_, &*fault_events_, &*gaps_};
+  std::vector<TableWriter*> tables{&*stimuli_, &*fault_events_, &*gaps_};
   for (auto& published : published_) tables.push_back(&published.table);
   return tables;
 }
@@ -301,7 +301,7 @@ void RecordingFile::Abandon() noexcept {
 void RecordingFile::Close(const std::optional<RecordingEnd>& end, const RecordingReport& report) {
   published_.clear();
   samples_.reset();
-  influences_.reset();
+  stimuli_.reset();
   fault_events_.reset();
   gaps_.reset();
   log_.reset();
@@ -315,7 +315,7 @@ void RecordingFile::Close(const std::optional<RecordingEnd>& end, const Recordin
   }
   WriteAttribute(*file, attribute::kEndTime, UtcNow(), name_);
   WriteAttribute(*file, attribute::kSamplesLost, report.samples_lost, name_);
-  WriteAttribute(*file, attribute::kInfluencesLost, report.influences_lost, name_);
+  WriteAttribute(*file, attribute::kInfluencesLost, report.stimuli_lost, name_);
   WriteAttribute(*file, attribute::kFramesLost, report.frames_lost, name_);
   WriteAttribute(*file, attribute::kProblem, report.problem, name_);
   WriteAttribute(*file, attribute::kComplete, std::uint64_t{report.complete ? 1U : 0U}, name_);

@@ -15,19 +15,19 @@
 #include "recording/recorder.hpp"
 #include "recording/recording.hpp"
 #include "recording/table_writer.hpp"
-#include "signal_map/contract.hpp"
-#include "simulation/telemetry.hpp"
+#include "signal_map/signal_map.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::recording {
 
 class RecordingFile {
  public:
   RecordingFile(const std::filesystem::path& directory, const RecordingAttributes& attributes,
-                const signal_map::Contract& contract);
+                const signal_map::SignalMap& signal_map);
 
-  /// @pre every influence up to the sample's tick has been added: no file holds a sample without them
-  void Add(const simulation::Telemetry& telemetry, std::int64_t now_ns);
-  void Add(const Influence& influence, std::int64_t now_ns);
+  /// @pre every stimulus up to the sample's tick has been added: no file holds a sample without them
+  void Add(const simulation::RunState& run_state, std::int64_t now_ns);
+  void Add(const Stimulus& stimulus, std::int64_t now_ns);
   void Add(const fault::Event& event, std::int64_t now_ns);
   void Add(const RecordingGap& gap, std::int64_t now_ns);
   void AddPublished(std::uint64_t tick, std::size_t message, const can::Frame& frame, std::int64_t now_ns);
@@ -38,7 +38,7 @@ class RecordingFile {
   void Write(std::int64_t now_ns, bool all);
 
   std::uint64_t Samples() const noexcept { return samples_->Rows(); }
-  std::uint64_t Influences() const noexcept { return influences_->Rows(); }
+  std::uint64_t Stimuli() const noexcept { return stimuli_->Rows(); }
   std::uint64_t FaultEvents() const noexcept { return fault_events_->Rows(); }
   std::uint64_t Frames() const noexcept { return frames_; }
 
@@ -50,7 +50,7 @@ class RecordingFile {
   void Abandon() noexcept;
 
  private:
-  void CreateTables(const signal_map::Contract& contract, std::uint64_t every_ticks);
+  void CreateTables(const signal_map::SignalMap& signal_map, std::uint64_t every_ticks);
   void WriteSamples();
   void EndRow(TableWriter& table, std::int64_t now_ns);
   std::vector<TableWriter*> OtherTables();  ///< all but samples
@@ -60,7 +60,7 @@ class RecordingFile {
   Id file_;
   std::optional<BusLog> log_;
   std::optional<TableWriter> samples_;
-  std::optional<TableWriter> influences_;
+  std::optional<TableWriter> stimuli_;
   std::optional<TableWriter> fault_events_;
   std::optional<TableWriter> gaps_;
   struct PublishedTable {

@@ -11,8 +11,7 @@ namespace servohil::recording {
 
 /// Raised when an older program would misread a recording. This one reads all since the oldest: columns that
 /// were added later have defaults.
-inline constexpr std::uint64_t kRecordingFormat =
-    3;  // governor's frames and supervision among the influences
+inline constexpr std::uint64_t kRecordingFormat = 3;  // governor's frames and supervision among the stimuli
 inline constexpr std::uint64_t kOldestRecordingFormat = 2;
 
 namespace attribute {

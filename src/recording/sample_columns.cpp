@@ -5,7 +5,7 @@
 namespace servohil::recording {
 namespace {
 
-using T = simulation::Telemetry;
+using T = simulation::RunState;
 using U64 = std::uint64_t;
 
 constexpr std::array kColumns = std::to_array<SampleColumn>({

@@ -6,17 +6,17 @@
 #include <type_traits>
 #include <variant>
 
-#include "simulation/telemetry.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::recording {
 
 /// Where a column's value lives.
 using SamplePlace =
-    std::variant<double& (*)(simulation::Telemetry&), std::uint64_t& (*)(simulation::Telemetry&),
-                 std::int64_t& (*)(simulation::Telemetry&), int& (*)(simulation::Telemetry&),
-                 bool& (*)(simulation::Telemetry&), simulation::Mode& (*)(simulation::Telemetry&),
-                 model::Motion& (*)(simulation::Telemetry&), model::Plunger& (*)(simulation::Telemetry&),
-                 simulation::SafetyCause& (*)(simulation::Telemetry&)>;
+    std::variant<double& (*)(simulation::RunState&), std::uint64_t& (*)(simulation::RunState&),
+                 std::int64_t& (*)(simulation::RunState&), int& (*)(simulation::RunState&),
+                 bool& (*)(simulation::RunState&), simulation::Mode& (*)(simulation::RunState&),
+                 model::Motion& (*)(simulation::RunState&), model::Plunger& (*)(simulation::RunState&),
+                 simulation::SafetyCause& (*)(simulation::RunState&)>;
 
 /// The type that a value has on file: numbers as they are, flags and enumerations as a byte.
 template <typename T>

@@ -52,7 +52,7 @@ class LateWakes {
   std::span<const LateWake> Worst() const noexcept { return {worst_.data(), kept_}; }
 
  private:
-  static constexpr std::size_t kMostKept = 10;
+  static constexpr std::size_t kMaxKept = 10;
 
   void Keep(const LateWake& late) noexcept {
     if (overrun_ == nullptr) {
@@ -64,7 +64,7 @@ class LateWakes {
   }
   /// A free slot, or that of the least late one if it is less late than this.
   LateWake* SlotFor(const LateWake& late) noexcept {
-    if (kept_ < kMostKept) return &worst_[kept_++];
+    if (kept_ < kMaxKept) return &worst_[kept_++];
     LateWake* least =
         std::min_element(worst_.begin(), worst_.end(),
                          [](const LateWake& a, const LateWake& b) { return a.lateness_ns < b.lateness_ns; });
@@ -73,7 +73,7 @@ class LateWakes {
 
   std::array<std::uint64_t, kLateCauses> counts_{};
   std::uint64_t in_grace_ = 0;
-  std::array<LateWake, kMostKept> worst_{};
+  std::array<LateWake, kMaxKept> worst_{};
   std::size_t kept_ = 0;
   LateWake* overrun_ = nullptr;  ///< slot of the overrun that goes on
 };

@@ -23,10 +23,10 @@ struct BusLoad {
   std::string text;
 };
 
-BusLoad BusLoadOf(const signal_map::Contract& contract, const configuration::CanSettings& can) {
+BusLoad BusLoadOf(const signal_map::SignalMap& signal_map, const configuration::CanSettings& can) {
   double bits_per_s = 0.0;
   std::string parts;
-  for (const signal_map::Contract::Load& load : contract.BusLoad()) {
+  for (const signal_map::SignalMap::Load& load : signal_map.BusLoad()) {
     bits_per_s += load.bits_per_s;
     parts += (parts.empty() ? "" : ", ") + load.message + " every " + std::to_string(load.cycle_ms) + " ms";
   }
@@ -75,16 +75,16 @@ std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted,
   return urls;
 }
 
-void RequireBusCarries(const signal_map::Contract& contract, const configuration::CanSettings& can) {
-  const BusLoad load = BusLoadOf(contract, can);
+void RequireBusCarries(const signal_map::SignalMap& signal_map, const configuration::CanSettings& can) {
+  const BusLoad load = BusLoadOf(signal_map, can);
   if (load.share > 1.0)
     throw base::UsageError(load.text + "; more than the bus carries: raise the " + CycleKeys(can));
 }
 
-void CheckBusLoad(const signal_map::Contract& contract, const configuration::CanSettings& can) {
+void CheckBusLoad(const signal_map::SignalMap& signal_map, const configuration::CanSettings& can) {
   constexpr double kWarnAbove = 0.7;
-  RequireBusCarries(contract, can);
-  const BusLoad load = BusLoadOf(contract, can);
+  RequireBusCarries(signal_map, can);
+  const BusLoad load = BusLoadOf(signal_map, can);
   if (load.share > kWarnAbove) {
     spdlog::warn("{}; above 70 % other nodes will wait: raise the {}", load.text, CycleKeys(can));
   } else {
@@ -103,21 +103,21 @@ void ReportBuses(const can::Network& network, int bit_rate_bit_s) {
   }
 }
 
-can::BusOptions BusOptionsOf(const signal_map::Contract& contract,
+can::BusOptions BusOptionsOf(const signal_map::SignalMap& signal_map,
                              const configuration::Configuration& configuration,
                              const emulator::EmulatorOptions& options) {
   can::BusOptions bus;
-  bus.wanted = contract.Wanted();
+  bus.wanted = signal_map.Wanted();
   if (configuration.fault.allow_can)
-    bus.wanted.push_back(emulator::FaultPort::RequestId(contract.Databases()));
+    bus.wanted.push_back(emulator::FaultPort::RequestId(signal_map.Databases()));
   if (options.clock == emulator::Clock::kLockstep && options.lockstep.sync_id >= 0)
     bus.wanted.push_back({static_cast<std::uint32_t>(options.lockstep.sync_id), false});
   // What another node sends with an identifier of ours is to be seen, too.
-  for (std::size_t i = 0; i < contract.MessageCount(); ++i)
-    bus.wanted.push_back({contract.MessageOf(i).id, contract.MessageOf(i).extended});
+  for (std::size_t i = 0; i < signal_map.MessageCount(); ++i)
+    bus.wanted.push_back({signal_map.MessageOf(i).id, signal_map.MessageOf(i).extended});
   const configuration::CanSettings& can = configuration.can;
   bus.bit_rate_bit_s = static_cast<std::uint32_t>(can.bit_rate_bit_s);
-  if (contract.UsesFd()) bus.data_bit_rate_bit_s = static_cast<std::uint32_t>(can.data_bit_rate_bit_s);
+  if (signal_map.UsesFd()) bus.data_bit_rate_bit_s = static_cast<std::uint32_t>(can.data_bit_rate_bit_s);
   bus.allow_physical = can.allow_physical;
   if (can.configure) bus.configure = LinkSettingsOf(can);
   if (can.emulate_bit_rate_bit_s == 0) return bus;

@@ -7,7 +7,7 @@
 #include "can/network.hpp"
 #include "configuration/configuration.hpp"
 #include "emulator/emulator.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::run {
 
@@ -22,15 +22,15 @@ std::vector<std::string> ResolveBuses(const std::vector<std::string>& wanted,
                                       const configuration::CanSettings& can);
 
 /// @throws UsageError where the frames of the run are more than the bus carries
-void RequireBusCarries(const signal_map::Contract& contract, const configuration::CanSettings& can);
+void RequireBusCarries(const signal_map::SignalMap& signal_map, const configuration::CanSettings& can);
 /// Logs the load of the bus; warns above 70 %. @throws UsageError above 100 %
-void CheckBusLoad(const signal_map::Contract& contract, const configuration::CanSettings& can);
+void CheckBusLoad(const signal_map::SignalMap& signal_map, const configuration::CanSettings& can);
 
 /// Logs the state of each bus that has one; warns where its bit rate is not the one that the load is for.
 void ReportBuses(const can::Network& network, int bit_rate_bit_s);
 
 /// What this run wants of its buses: identifiers, bit rate, model.
-can::BusOptions BusOptionsOf(const signal_map::Contract& contract,
+can::BusOptions BusOptionsOf(const signal_map::SignalMap& signal_map,
                              const configuration::Configuration& configuration,
                              const emulator::EmulatorOptions& options);
 

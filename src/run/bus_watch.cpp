@@ -59,7 +59,7 @@ void BusWatch::Look() {
 void BusWatch::Look(std::size_t which, std::int64_t now_ns) {
   Watched& watched = watched_[which];
   const can::BusObservation seen = Observe(which, now_ns);
-  for (const can::BusMonitor::Remark& remark : watched.monitor.Look(seen))
+  for (const can::BusMonitor::Notice& remark : watched.monitor.Look(seen))
     spdlog::log(remark.bad ? spdlog::level::warn : spdlog::level::info, "{}", remark.text);
   if (watched.monitor.TakeRestart()) Restart(watched);
   if (!seen.link) return;

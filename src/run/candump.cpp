@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kStandardDigits = 3;
 constexpr std::size_t kExtendedDigits = 8;
-constexpr std::int64_t kMostSeconds = std::numeric_limits<std::int64_t>::max() / base::kNsPerS - 1;
+constexpr std::int64_t kMaxSeconds = std::numeric_limits<std::int64_t>::max() / base::kNsPerS - 1;
 constexpr std::uint32_t kStandardMask = 0x7FF;
 constexpr std::uint32_t kErrorFlag = 0x2000'0000;
 constexpr std::uint32_t kIdMask = 0x1FFF'FFFF;
@@ -34,7 +34,7 @@ std::optional<std::int64_t> ParseTime(std::string_view text) {
   text = text.substr(1, text.size() - 2);
   const std::size_t point = text.find('.');
   const auto seconds = Parse<std::int64_t>(text.substr(0, point), 10);
-  if (!seconds || *seconds < 0 || *seconds > kMostSeconds) return std::nullopt;
+  if (!seconds || *seconds < 0 || *seconds > kMaxSeconds) return std::nullopt;
   if (point == std::string_view::npos) return *seconds * base::kNsPerS;
   std::string digits(text.substr(point + 1, 9));
   digits.resize(9, '0');

@@ -10,7 +10,7 @@
 #include "configuration/rest.hpp"
 #include "run/bus_setup.hpp"
 #include "run/log.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::run {
 namespace {
@@ -46,8 +46,8 @@ int CheckConfiguration(const configuration::ConfigurationOptions& options,
       spdlog::warn("{}", warning);
   });
   checks.Run([&] {
-    const signal_map::Contract contract(configuration);
-    CheckBusLoad(contract, configuration.can);
+    const signal_map::SignalMap signal_map(configuration);
+    CheckBusLoad(signal_map, configuration.can);
   });
   checks.Run([&] { WantedBuses(buses, configuration); });
   if (!checks.Passed()) return base::kExitUsage;

@@ -20,9 +20,9 @@ int RunFast(const RunOptions& options, const RunSetup& setup, const std::optiona
   emulator::TaskOptions task_options = TaskOptionsOf(options, setup.configuration.loop);
   task_options.safety = simulation::LawOf(setup.configuration.safety);
   task_options.supervised = false;
-  const std::vector<recording::Influence> script = ReadP1Script(options.script);
+  const std::vector<recording::Stimulus> script = ReadP1Script(options.script);
   const configuration::RunTexts texts = configuration::DescribeConfiguration(setup.configuration);
-  const auto recorder = options.recording.Open(texts, setup.contract, "fast", from, {});
+  const auto recorder = options.recording.Open(texts, setup.signal_map, "fast", from, {});
   task_options.recorder = recorder.get();
   const auto task =
       std::make_unique<emulator::SimulationTask>(setup.configuration.model, setup.start, task_options);

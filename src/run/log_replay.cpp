@@ -31,13 +31,13 @@ std::string Place(const std::filesystem::path& file, const LoggedFrame& frame) {
 }  // namespace
 
 std::vector<LoggedFrame> FramesOfInterface(std::vector<LoggedFrame> frames, const std::string& wanted,
-                                           const signal_map::Contract& contract,
+                                           const signal_map::SignalMap& signal_map,
                                            const std::filesystem::path& file) {
   std::map<std::string, Count> all;
   std::map<std::string, Count> governors;
   for (const LoggedFrame& one : frames) {
     ++all[one.interface];
-    if (contract.FindIncoming(one.frame) != nullptr) ++governors[one.interface];
+    if (signal_map.FindIncoming(one.frame) != nullptr) ++governors[one.interface];
   }
   std::string chosen = wanted;
   if (chosen.empty() && governors.size() > 1) {

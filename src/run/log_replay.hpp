@@ -11,7 +11,7 @@
 #include "emulator/receiver.hpp"
 #include "emulator/simulation_task.hpp"
 #include "run/candump.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::run {
 
@@ -24,7 +24,7 @@ struct FrameAfter {
 /// Returns the frames of one interface: `wanted`, or (empty) the only one with messages of the governor's.
 /// @throws UsageError with the list of interfaces, where it is not there, or where several have such messages
 std::vector<LoggedFrame> FramesOfInterface(std::vector<LoggedFrame> frames, const std::string& wanted,
-                                           const signal_map::Contract& contract,
+                                           const signal_map::SignalMap& signal_map,
                                            const std::filesystem::path& file);
 
 /// Returns the frames on a time line that begins with the first. Time stamps may step back by 10 ms, as

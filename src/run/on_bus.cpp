@@ -42,14 +42,14 @@ std::unique_ptr<control::Server> OpenControl(const std::string& path, emulator::
 
 emulator::EmulatorOptions EmulatorOptionsOf(const RunOptions& options,
                                             const configuration::Configuration& configuration,
-                                            const signal_map::Contract& contract) {
+                                            const signal_map::SignalMap& signal_map) {
   emulator::EmulatorOptions emulator;
   emulator.task = TaskOptionsOf(options, configuration.loop);
   emulator.clock = options.clock;
   emulator.lockstep = configuration.lockstep;
-  emulator.command_cycle_ms = contract.CommandCycleMs();
+  emulator.command_cycle_ms = signal_map.CommandCycleMs();
   emulator.max_counter_jump = configuration.can.command.max_counter_jump;
-  emulator.safety = configuration::Resolved(configuration.safety, contract.CommandCycleMs());
+  emulator.safety = configuration::Resolved(configuration.safety, signal_map.CommandCycleMs());
   emulator.real_time = options.real_time;
   if (options.clock == emulator::Clock::kLockstep && configuration.can.emulate_bit_rate_bit_s != 0)
     emulator.lockstep_bus = BusModelOf(configuration.can);
@@ -58,13 +58,13 @@ emulator::EmulatorOptions EmulatorOptionsOf(const RunOptions& options,
 
 /// Null where faults over CAN are not allowed.
 std::unique_ptr<emulator::FaultPort> OpenFaultPort(const configuration::Configuration& configuration,
-                                                   const signal_map::Contract& contract,
+                                                   const signal_map::SignalMap& signal_map,
                                                    const fault_words::Permissions& permissions) {
   if (!configuration.fault.allow_can) return nullptr;
   return std::make_unique<emulator::FaultPort>(
-      contract.Databases(),
-      emulator::FaultPort::Rights{permissions.faults.surroundings, permissions.armed, contract.MessageCount(),
-                                  simulation::Quantities().size()});
+      signal_map.Databases(),
+      emulator::FaultPort::Rights{permissions.faults.surroundings, permissions.armed,
+                                  signal_map.MessageCount(), simulation::Quantities().size()});
 }
 
 }  // namespace
@@ -72,30 +72,30 @@ std::unique_ptr<emulator::FaultPort> OpenFaultPort(const configuration::Configur
 int RunOnBus(const RunOptions& options, const RunSetup& setup, const std::optional<emulator::Snapshot>& from,
              const StopSignals& signals) {
   const configuration::Configuration& configuration = setup.configuration;
-  emulator::EmulatorOptions emulator_options = EmulatorOptionsOf(options, configuration, setup.contract);
-  if (const std::string& mismatch = setup.contract.CycleMismatch(); !mismatch.empty())
+  emulator::EmulatorOptions emulator_options = EmulatorOptionsOf(options, configuration, setup.signal_map);
+  if (const std::string& mismatch = setup.signal_map.CycleMismatch(); !mismatch.empty())
     spdlog::warn("{}", mismatch);
-  CheckBusLoad(setup.contract, configuration.can);
-  const can::BusOptions bus_options = BusOptionsOf(setup.contract, configuration, emulator_options);
+  CheckBusLoad(setup.signal_map, configuration.can);
+  const can::BusOptions bus_options = BusOptionsOf(setup.signal_map, configuration, emulator_options);
   can::Network network(ResolveBuses(WantedBuses(options.buses, configuration), configuration.can),
                        bus_options);
   ReportBuses(network, configuration.can.bit_rate_bit_s);
 
   const configuration::RunTexts texts = configuration::DescribeConfiguration(configuration);
   const auto recorder = options.recording.Open(
-      texts, setup.contract, options.clock == emulator::Clock::kReal ? "real time" : "lockstep", from,
+      texts, setup.signal_map, options.clock == emulator::Clock::kReal ? "real time" : "lockstep", from,
       BusNames(network));
   emulator_options.task.recorder = recorder.get();
   const fault_words::FaultContext faults = FaultContextOf(setup, network, bus_options.wanted, options.clock);
   const fault_words::Permissions permissions = PermissionsOf(configuration, faults, network);
-  const auto fault_port = OpenFaultPort(configuration, setup.contract, permissions);
+  const auto fault_port = OpenFaultPort(configuration, setup.signal_map, permissions);
   emulator_options.fault_port = fault_port.get();
   std::optional<ScenarioOnBus> scenario;
   if (setup.scenario) {
     scenario.emplace(*setup.scenario, permissions, options.clock);
     scenario->AddTo(emulator_options.task);
   }
-  emulator::Emulator emulator(setup.configuration.model, setup.start, setup.contract, network,
+  emulator::Emulator emulator(setup.configuration.model, setup.start, setup.signal_map, network,
                               emulator_options);
   if (from) emulator.Restore(*from);
   const std::string ready = ReadyLine(network, emulator.Final(), emulator_options);

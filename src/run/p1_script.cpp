@@ -15,8 +15,8 @@ constexpr double kLongestRunS = 1e9;  // as long as a run may last
 
 }  // namespace
 
-std::vector<recording::Influence> ReadP1Script(const std::filesystem::path& file) {
-  std::vector<recording::Influence> changes;
+std::vector<recording::Stimulus> ReadP1Script(const std::filesystem::path& file) {
+  std::vector<recording::Stimulus> changes;
   double last_s = -1.0;
   for (const configuration::CsvRow& row : configuration::ReadCsv(file, "t_s,p1_psi")) {
     if (!(row.values[0] > last_s) || row.values[0] < 0.0 || row.values[0] > kLongestRunS) {
@@ -31,11 +31,11 @@ std::vector<recording::Influence> ReadP1Script(const std::filesystem::path& file
   return changes;
 }
 
-recording::Influence CommandAfter(std::uint64_t ticks, double p1_psi) {
-  recording::Influence influence{.tick = ticks + 1};
-  influence.request.kind = simulation::Request::Kind::kCommand;
-  influence.request.p1_psi = p1_psi;
-  return influence;
+recording::Stimulus CommandAfter(std::uint64_t ticks, double p1_psi) {
+  recording::Stimulus stimulus{.tick = ticks + 1};
+  stimulus.request.kind = simulation::Request::Kind::kCommand;
+  stimulus.request.p1_psi = p1_psi;
+  return stimulus;
 }
 
 }  // namespace servohil::run

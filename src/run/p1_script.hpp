@@ -11,9 +11,9 @@
 namespace servohil::run {
 
 /// As commands. @throws UsageError "FILE:LINE: ..."
-std::vector<recording::Influence> ReadP1Script(const std::filesystem::path& file);
+std::vector<recording::Stimulus> ReadP1Script(const std::filesystem::path& file);
 
 /// P1 from the tick that begins after so many.
-recording::Influence CommandAfter(std::uint64_t ticks, double p1_psi);
+recording::Stimulus CommandAfter(std::uint64_t ticks, double p1_psi);
 
 }  // namespace servohil::run

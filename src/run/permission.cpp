@@ -5,11 +5,11 @@ namespace servohil::run {
 fault_words::FaultContext FaultContextOf(const RunSetup& setup, const can::Network& network,
                                          const std::vector<can::WantedId>& received, emulator::Clock clock) {
   fault_words::FaultContext context;
-  context.contract = &setup.contract;
+  context.signal_map = &setup.signal_map;
   context.surroundings.unfaulted = &setup.configuration.model;
   context.surroundings.real_time = clock == emulator::Clock::kReal;
-  context.surroundings.counter = setup.contract.AnyPublished([](const can::E2eLayout&) { return true; });
-  context.surroundings.checksum = setup.contract.AnyPublished(can::HasChecksum);
+  context.surroundings.counter = setup.signal_map.AnyPublished([](const can::E2eLayout&) { return true; });
+  context.surroundings.checksum = setup.signal_map.AnyPublished(can::HasChecksum);
   for (const auto& bus : network.Buses()) {
     const char* why = bus->WhyNoErrorFrames();
     if (why != nullptr) context.surroundings.why_no_error_frames = why;

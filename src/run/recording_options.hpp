@@ -9,7 +9,7 @@
 
 #include "emulator/simulation_task.hpp"
 #include "recording/recorder.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::run {
 
@@ -20,13 +20,13 @@ struct RecordingOptions {
   /// @param real_time  never waits for the disk; else nothing is lost
   /// @param from  where the run begins; nothing: at rest
   std::unique_ptr<recording::Recorder> Open(const configuration::RunTexts& texts,
-                                            const signal_map::Contract& contract, const std::string& clock,
+                                            const signal_map::SignalMap& signal_map, const std::string& clock,
                                             const std::optional<emulator::Snapshot>& from,
                                             const std::vector<std::string>& buses) const;
 };
 
 /// Ends a recording, if there is one. @return a line for the summary; empty without
 std::string FinishRecording(recording::Recorder* recorder, const std::filesystem::path& directory,
-                            const simulation::Telemetry& end, const std::string& verdict);
+                            const simulation::RunState& end, const std::string& verdict);
 
 }  // namespace servohil::run

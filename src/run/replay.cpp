@@ -38,7 +38,7 @@ Comparison::Comparison(const recording::RecordingReader& recording) : recording_
 }
 
 /// The recorded sample of a tick; null where none was recorded.
-const simulation::Telemetry* Comparison::Recorded(std::uint64_t tick) {
+const simulation::RunState* Comparison::Recorded(std::uint64_t tick) {
   while (!exhausted_) {
     if (at_ == block_.size()) {
       block_.resize(kBlockRows);
@@ -55,12 +55,12 @@ const simulation::Telemetry* Comparison::Recorded(std::uint64_t tick) {
   return nullptr;
 }
 
-bool Comparison::Take(const simulation::Telemetry& replayed) {
-  if (const simulation::Telemetry* recorded = Recorded(replayed.sample.tick)) Compare(*recorded, replayed);
+bool Comparison::Take(const simulation::RunState& replayed) {
+  if (const simulation::RunState* recorded = Recorded(replayed.sample.tick)) Compare(*recorded, replayed);
   return !exhausted_;
 }
 
-void Comparison::Compare(simulation::Telemetry recorded, simulation::Telemetry replayed) {
+void Comparison::Compare(simulation::RunState recorded, simulation::RunState replayed) {
   ++compared_;
   const auto columns = recording::SampleColumns();
   for (std::size_t i = 0; i < columns.size(); ++i) {

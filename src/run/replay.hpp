@@ -34,7 +34,7 @@ class Comparison {
   explicit Comparison(const recording::RecordingReader& recording);
 
   /// After each tick, in order. @return false once the recording has no more samples
-  bool Take(const simulation::Telemetry& replayed);
+  bool Take(const simulation::RunState& replayed);
 
   const std::optional<Difference>& FirstDifference() const noexcept { return difference_; }
   /// Of the quantities that are real numbers; none where it is 0.
@@ -42,11 +42,11 @@ class Comparison {
   std::uint64_t ComparedSamples() const noexcept { return compared_; }
 
  private:
-  const simulation::Telemetry* Recorded(std::uint64_t tick);
-  void Compare(simulation::Telemetry recorded, simulation::Telemetry replayed);
+  const simulation::RunState* Recorded(std::uint64_t tick);
+  void Compare(simulation::RunState recorded, simulation::RunState replayed);
 
   const recording::RecordingReader& recording_;
-  std::vector<simulation::Telemetry> block_;
+  std::vector<simulation::RunState> block_;
   std::uint64_t next_row_ = 0;
   std::size_t at_ = 0;
   bool exhausted_ = false;

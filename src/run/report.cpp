@@ -68,13 +68,14 @@ std::string SafetySummary(const emulator::ReceiveCounters& in, const simulation:
   return text + base::Formatted(" %llu never came\n", Count{in.lost.load()});
 }
 
-std::string SaturationSummary(const signal_map::Contract& contract, const emulator::SendCounters& out) {
+std::string SaturationSummary(const signal_map::SignalMap& signal_map, const emulator::SendCounters& out) {
   std::string text;
-  for (std::size_t i = 0; i < contract.MessageCount(); ++i) {
+  for (std::size_t i = 0; i < signal_map.MessageCount(); ++i) {
     if (const std::uint64_t frames = out.saturated[i].load(); frames > 0) {
-      text += base::Formatted("clipped  %llu frames of ", Count{frames}) +
-              signal_map::DescribeSaturation(contract.OutgoingMessages()[i], out.saturated_fields[i].load()) +
-              '\n';
+      text +=
+          base::Formatted("clipped  %llu frames of ", Count{frames}) +
+          signal_map::DescribeSaturation(signal_map.OutgoingMessages()[i], out.saturated_fields[i].load()) +
+          '\n';
     }
   }
   return text;
@@ -93,7 +94,7 @@ const char* NameOf(rt::LateCause cause) {
   }
 }
 
-std::string ReadyLine(const can::Network& network, const simulation::Telemetry& start,
+std::string ReadyLine(const can::Network& network, const simulation::RunState& start,
                       const emulator::EmulatorOptions& options) {
   std::string text = "ready: ";
   for (const auto& bus : network.Buses()) text += (bus == network.Buses().front() ? "" : ", ") + bus->Name();
@@ -109,7 +110,7 @@ std::string ReadyLine(const can::Network& network, const simulation::Telemetry& 
          "\n";
 }
 
-std::string StatusLine(const simulation::Telemetry& t, double ticks_per_s, const emulator::Emulator& emulator,
+std::string StatusLine(const simulation::RunState& t, double ticks_per_s, const emulator::Emulator& emulator,
                        const can::BusStatistics& bus) {
   const rt::LatencyHistogram& latency = emulator.Timing().wake_latency;
   return base::Formatted(
@@ -121,7 +122,7 @@ std::string StatusLine(const simulation::Telemetry& t, double ticks_per_s, const
       t.sample.p1_psi, t.sample.state.x3_in, Count{bus.received}, Count{bus.sent});
 }
 
-std::string SimulationSummary(const simulation::Telemetry& end) {
+std::string SimulationSummary(const simulation::RunState& end) {
   const simulation::Sample& s = end.sample;
   return base::Formatted(
              "ran      %llu ticks, %.4f s simulated; x3 %.4f in, P1 %.3f psi, P3 %.2f psi, mode %s\n",
@@ -146,9 +147,10 @@ std::string Summary(const emulator::Emulator& emulator, const can::Network& netw
       Count{in.Of(simulation::FrameVerdict::kMalformed)}, Count{in.Of(simulation::FrameVerdict::kOutOfRange)},
       count(in.conflicting));
   text += SafetySummary(in, emulator.Final().status);
-  text += base::Formatted(
-      "out      %llu published, %llu not sent, %llu superseded, %llu lost in the program\n",
-      count(out.published), count(out.not_sent), count(out.superseded), Count{emulator.TelemetryDropped()});
+  text +=
+      base::Formatted("out      %llu published, %llu not sent, %llu superseded, %llu lost in the program\n",
+                      count(out.published), count(out.not_sent), count(out.superseded),
+                      Count{emulator.PublicationsDropped()});
   text += SaturationSummary(emulator.Frames(), out);
   if (const auto modelled = emulator.ModelledBus()) {
     text += base::Formatted(
@@ -188,7 +190,7 @@ std::string Verdict::Text() const {
   return text;
 }
 
-Verdict JudgeRun(const simulation::Telemetry& end, std::uint64_t lost_frames,
+Verdict JudgeRun(const simulation::RunState& end, std::uint64_t lost_frames,
                  const std::optional<can::BusModelStatistics>& modelled) {
   Verdict verdict;
   if (!end.status.TimingValid())

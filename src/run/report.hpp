@@ -10,15 +10,15 @@
 namespace servohil::run {
 
 /// Once, where it waits for the governor. @param start  where it begins
-std::string ReadyLine(const can::Network& network, const simulation::Telemetry& start,
+std::string ReadyLine(const can::Network& network, const simulation::RunState& start,
                       const emulator::EmulatorOptions& options);
 
 /// The status line, once a second on a terminal.
-std::string StatusLine(const simulation::Telemetry& telemetry, double ticks_per_s,
+std::string StatusLine(const simulation::RunState& run_state, double ticks_per_s,
                        const emulator::Emulator& emulator, const can::BusStatistics& bus);
 
 /// What the simulation came to: ticks, state, state hash; one line each.
-std::string SimulationSummary(const simulation::Telemetry& end);
+std::string SimulationSummary(const simulation::RunState& end);
 
 /// The summary of a run on a bus, several lines, without the verdict.
 std::string Summary(const emulator::Emulator& emulator, const can::Network& network,
@@ -39,7 +39,7 @@ struct Verdict {
   std::string Text() const;  ///< "VALID" or "INVALID: reasons"
 };
 /// @param lost_frames  that the receiver never saw; they only matter where frames let time pass (lockstep)
-Verdict JudgeRun(const simulation::Telemetry& end, std::uint64_t lost_frames,
+Verdict JudgeRun(const simulation::RunState& end, std::uint64_t lost_frames,
                  const std::optional<can::BusModelStatistics>& modelled = std::nullopt);
 
 /// "woke late"

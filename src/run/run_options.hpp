@@ -11,7 +11,7 @@
 #include "emulator/emulator.hpp"
 #include "run/recording_options.hpp"
 #include "run/scenario_options.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::run {
 
@@ -40,13 +40,13 @@ struct RunSetup {
         configuration(LoadFor(scenario.get(), options.configuration)),
         derived(configuration.model),
         start(configuration::RequireSteadyStateAt(derived, configuration.start_x3_in)),
-        contract(configuration) {}
+        signal_map(configuration) {}
 
   std::unique_ptr<scenario::ScenarioFile> scenario;  ///< null: none
   configuration::Configuration configuration;
   model::Derived derived;
   model::SteadyState start;
-  signal_map::Contract contract;
+  signal_map::SignalMap signal_map;
 };
 
 /// The loop, the duration and the snapshots.

@@ -26,7 +26,7 @@ void ScenarioOnBus::AddTo(emulator::TaskOptions& task) {
 int ScenarioOnBus::Report(const ScenarioOptions& options, const emulator::Emulator& emulator,
                           std::uint64_t lost_frames, bool recording_complete) {
   // That the model left its domain is for the expectations to tell.
-  simulation::Telemetry end = emulator.Final();
+  simulation::RunState end = emulator.Final();
   end.sample.model_fault = false;
   std::vector<std::string> reasons = JudgeRun(end, lost_frames, emulator.ModelledBus()).reasons;
   if (!recording_complete) reasons.emplace_back("the recording is incomplete");

@@ -1,5 +1,5 @@
 #pragma once
-/// A run without bus and clock: influences from a list, ticks as fast as they go.
+/// A run without bus and clock: stimuli from a list, ticks as fast as they go.
 
 #include <span>
 
@@ -8,10 +8,10 @@
 
 namespace servohil::run {
 
-/// Runs `task` until its duration is over, or `after_tick()` returns false; each influence is there before
+/// Runs `task` until its duration is over, or `after_tick()` returns false; each stimulus is there before
 /// its tick.
 template <typename AfterTick>
-void RunScript(emulator::SimulationTask& task, std::span<const recording::Influence> script,
+void RunScript(emulator::SimulationTask& task, std::span<const recording::Stimulus> script,
                AfterTick&& after_tick) {
   std::size_t next = 0;
   for (bool goes_on = true; goes_on;) {

@@ -146,7 +146,7 @@ fault::Schedule ScheduleFromJson(const Json& list) {
   return faults;
 }
 
-Json ToJson(const simulation::SupervisorState& s) {
+Json ToJson(const simulation::CommandMonitorState& s) {
   return {{"state", static_cast<int>(s.state)},
           {"cause", static_cast<int>(s.cause)},
           {"governed", s.governed},
@@ -182,8 +182,8 @@ Json ToJson(const emulator::Snapshot& snapshot) {
 }
 
 /// @param json  of a snapshot; before version 3 a command was followed for ever
-simulation::SupervisorState SupervisorFromJson(const Json& json, const emulator::Snapshot& snapshot) {
-  simulation::SupervisorState s;
+simulation::CommandMonitorState SupervisorFromJson(const Json& json, const emulator::Snapshot& snapshot) {
+  simulation::CommandMonitorState s;
   Take(json.at("command_p1_psi"), s.demand_psi);
   if (!json.contains("safety")) {
     s.state = snapshot.sample.model_fault ? simulation::SafetyState::kFaulted

@@ -80,7 +80,7 @@ void Replace(const std::filesystem::path& file, const std::string& text) {
 
 }  // namespace
 
-OrderedJson StatisticsToJson(const emulator::Emulator& emulator, const simulation::Telemetry& now,
+OrderedJson StatisticsToJson(const emulator::Emulator& emulator, const simulation::RunState& now,
                              const can::Network& network, const emulator::EmulatorOptions& options,
                              bool finished) {
   const rt::LoopTiming& timing = emulator.Timing();
@@ -111,7 +111,7 @@ OrderedJson StatisticsToJson(const emulator::Emulator& emulator, const simulatio
 }
 
 void WriteStatistics(const std::filesystem::path& file, const emulator::Emulator& emulator,
-                     const simulation::Telemetry& now, const can::Network& network,
+                     const simulation::RunState& now, const can::Network& network,
                      const emulator::EmulatorOptions& options, bool finished) {
   Replace(file, StatisticsToJson(emulator, now, network, options, finished).dump(2) + '\n');
 }

@@ -56,7 +56,7 @@ void Watch::Run(const StopSignals& signals) {
     LogFaults();
     LogSaturation();
     buses_.Look();
-    TellThatItLives();
+    NotifyWatchdog();
     if (control_ != nullptr) control_->Serve(now_, buses_.Reports());
     snapshots_.WriteAllOrTell(emulator_);
     if (base::MonotonicNs() - last_ns_ >= base::kNsPerS) TellEachSecond();
@@ -67,16 +67,17 @@ void Watch::Run(const StopSignals& signals) {
 }
 
 /// Only while the simulation's loop goes on: one that hangs lets the watchdog bite.
-void Watch::TellThatItLives() {
-  const std::uint64_t turns = emulator_.Turns();
-  if (turns != turns_) manager_.TellAlive();
-  turns_ = turns;
+void Watch::NotifyWatchdog() {
+  const std::uint64_t turns = emulator_.LoopIterations();
+  if (turns != loop_iterations_) manager_.TellAlive();
+  loop_iterations_ = turns;
 }
 
 bool Watch::Wait(const StopSignals& signals) {
   std::vector<pollfd> descriptors = {{signals.Fd(), POLLIN, 0}, {emulator_.FinishedFd(), POLLIN, 0}};
   if (control_ != nullptr) control_->AddTo(descriptors);
-  poll(descriptors.data(), descriptors.size(), control_ != nullptr ? control_->LookAgainMs() : kLookEveryMs);
+  poll(descriptors.data(), descriptors.size(),
+       control_ != nullptr ? control_->PollTimeoutMs() : kLookEveryMs);
   return descriptors[1].revents != 0;
 }
 

@@ -34,7 +34,7 @@ class Watch {
   /// @return whether one asked for the end
   bool TakeSignals(const StopSignals& signals);
   void Reload();
-  void TellThatItLives();
+  void NotifyWatchdog();
   void LogWhatWentWrong();
   void LogSafetyChanges();
   void LogFrames();
@@ -57,16 +57,16 @@ class Watch {
   BusWatch& buses_;
   FrameLog frames_;
   bool told_silence_ = false;
-  simulation::Telemetry now_;
+  simulation::RunState now_;
   std::uint64_t overruns_ = 0;
   bool timing_valid_ = true;
-  std::array<signal_map::FieldSet, simulation::kMostMessages>
+  std::array<signal_map::FieldSet, simulation::kMaxMessages>
       told_saturated_{};  ///< signals that have been named in the log
   std::uint64_t snapshots_refused_ = 0;
   bool terminal_;
   std::int64_t last_ns_;
   std::uint64_t last_tick_ = 0;
-  std::uint64_t turns_ = 0;
+  std::uint64_t loop_iterations_ = 0;
 };
 
 }  // namespace servohil::run

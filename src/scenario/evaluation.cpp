@@ -10,7 +10,7 @@
 namespace servohil::scenario {
 namespace {
 
-double ValueOf(const recording::SampleColumn* quantity, simulation::Telemetry& now) {
+double ValueOf(const recording::SampleColumn* quantity, simulation::RunState& now) {
   if (quantity == nullptr) return 0.0;
   return std::visit([&](auto place) { return static_cast<double>(place(now)); }, quantity->place);
 }
@@ -31,12 +31,12 @@ Evaluation::Evaluation(const Scenario& scenario) : duration_ticks_(scenario.dura
     checks_.push_back({&expectation, CheckOf(expectation)});
 }
 
-void Evaluation::Take(const simulation::Telemetry& telemetry) {
-  if (!telemetry.status.commanded) {
-    unresolved_before_ = telemetry.sample.unresolved_ticks;
+void Evaluation::Take(const simulation::RunState& run_state) {
+  if (!run_state.status.commanded) {
+    unresolved_before_ = run_state.sample.unresolved_ticks;
     return;
   }
-  simulation::Telemetry now = telemetry;
+  simulation::RunState now = run_state;
   if (!begin_tick_) begin_tick_ = now.sample.tick - 1;
   const std::uint64_t tick = now.sample.tick - *begin_tick_;
   if (tick > duration_ticks_) return;

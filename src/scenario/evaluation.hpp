@@ -10,7 +10,7 @@
 
 #include "scenario/check.hpp"
 #include "scenario/scenario.hpp"
-#include "simulation/telemetry.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::scenario {
 
@@ -37,7 +37,7 @@ class Evaluation {
   explicit Evaluation(const Scenario& scenario);
 
   /// Each tick of the run, in order.
-  void Take(const simulation::Telemetry& now);
+  void Take(const simulation::RunState& now);
 
   /// At the end. @param invalid_because  what makes the run as a whole worth nothing; the evaluation adds
   /// what

@@ -24,7 +24,7 @@ void Evaluator::Run() {
 }
 
 void Evaluator::TakeAll() {
-  simulation::Telemetry now;
+  simulation::RunState now;
   while (feed_.TryPop(now)) evaluation_.Take(now);
 }
 

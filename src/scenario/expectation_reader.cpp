@@ -13,7 +13,7 @@ using Kind = Expectation::Kind;
 using FaultStarts = std::vector<std::pair<std::string, std::uint64_t>>;
 
 constexpr double kMost = 1e12;
-constexpr int kMostModes = 16;  // as many as signal Mode has room for
+constexpr int kMaxModes = 16;  // as many as signal Mode has room for
 
 /// The nearest name, or one that begins so, or all of them.
 std::string Suggestion(const std::string& wrong, const std::vector<std::string>& names) {
@@ -38,7 +38,7 @@ const recording::SampleColumn* RequireQuantity(Entry& entry) {
 simulation::Mode RequireMode(Entry& entry, const std::string& key) {
   const std::string name = entry.RequireText(key);
   std::vector<std::string> names;
-  for (int i = 0; i < kMostModes; ++i) {
+  for (int i = 0; i < kMaxModes; ++i) {
     const auto mode = static_cast<simulation::Mode>(i);
     if (name == simulation::NameOf(mode)) return mode;
     if (std::find(names.begin(), names.end(), simulation::NameOf(mode)) == names.end())

@@ -53,8 +53,8 @@ std::uint64_t FaultTick(Entry& entry, std::uint64_t duration_ticks) {
   return model::TicksOf(entry.Number("at_s", 0.0, model::SecondsOf(duration_ticks), "s").value_or(0.0));
 }
 
-recording::Influence ReadFault(Entry& entry, std::uint64_t duration_ticks,
-                               const fault_words::Permissions& permissions) {
+recording::Stimulus ReadFault(Entry& entry, std::uint64_t duration_ticks,
+                              const fault_words::Permissions& permissions) {
   const std::string name = entry.RequireText("name");
   const fault_words::Words words = WordsOf(entry);
   const std::uint64_t after_ticks = FaultTick(entry, duration_ticks);
@@ -64,8 +64,8 @@ recording::Influence ReadFault(Entry& entry, std::uint64_t duration_ticks,
   return {after_ticks + 1, permitted.request};
 }
 
-recording::Influence ReadClear(Entry& entry, std::uint64_t duration_ticks,
-                               const fault_words::Permissions& permissions) {
+recording::Stimulus ReadClear(Entry& entry, std::uint64_t duration_ticks,
+                              const fault_words::Permissions& permissions) {
   const std::optional<std::string> fault = entry.Text("fault");
   const std::uint64_t after_ticks = FaultTick(entry, duration_ticks);
   entry.RefuseOthers();

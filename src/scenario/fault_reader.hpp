@@ -11,9 +11,9 @@ namespace servohil::scenario {
 std::uint64_t FaultTick(Entry& entry, std::uint64_t duration_ticks);
 
 /// Ticks of scenario time: 1 is the first.
-recording::Influence ReadFault(Entry& entry, std::uint64_t duration_ticks,
-                               const fault_words::Permissions& permissions);
-recording::Influence ReadClear(Entry& entry, std::uint64_t duration_ticks,
-                               const fault_words::Permissions& permissions);
+recording::Stimulus ReadFault(Entry& entry, std::uint64_t duration_ticks,
+                              const fault_words::Permissions& permissions);
+recording::Stimulus ReadClear(Entry& entry, std::uint64_t duration_ticks,
+                              const fault_words::Permissions& permissions);
 
 }  // namespace servohil::scenario

@@ -51,24 +51,24 @@ void Swings::Take(std::uint64_t tick, double value) {
 }
 
 void Swings::Turn(std::uint64_t tick, double value) {
-  longest_pause_ = std::max(longest_pause_, tick - (turns_ == 0 ? begin_tick_ : last_turn_));
-  if (turns_ == 0) {
+  longest_pause_ = std::max(longest_pause_, tick - (loop_iterations_ == 0 ? begin_tick_ : last_turn_));
+  if (loop_iterations_ == 0) {
     first_turn_ = tick;
   } else {
     largest_ = std::max(largest_, std::fabs(value - last_value_));
   }
-  ++turns_;
+  ++loop_iterations_;
   last_turn_ = tick;
   last_value_ = value;
 }
 
 double Swings::FrequencyHz() const {
-  if (turns_ < 3) return 0.0;
-  return static_cast<double>(turns_ - 1) / 2.0 / model::SecondsOf(last_turn_ - first_turn_);
+  if (loop_iterations_ < 3) return 0.0;
+  return static_cast<double>(loop_iterations_ - 1) / 2.0 / model::SecondsOf(last_turn_ - first_turn_);
 }
 
 std::uint64_t Swings::LongestPause(std::uint64_t tick) const {
-  return std::max(longest_pause_, tick - (turns_ == 0 ? begin_tick_ : last_turn_));
+  return std::max(longest_pause_, tick - (loop_iterations_ == 0 ? begin_tick_ : last_turn_));
 }
 
 void OscillationCheck::Take(std::uint64_t tick, double value, simulation::Mode /*mode*/) {
@@ -83,11 +83,11 @@ void OscillationCheck::Take(std::uint64_t tick, double value, simulation::Mode /
 Finding OscillationCheck::Find() const {
   const Expectation& e = expectation_;
   const std::uint64_t pause = swings_.LongestPause(e.to_tick);
-  if (swings_.Turns() < 3 || pause > (e.to_tick - e.from_tick) / 4) {
+  if (swings_.LoopIterations() < 3 || pause > (e.to_tick - e.from_tick) / 4) {
     return {Outcome::kFail, false,
             WithUnit(most_ - least_, *e.quantity) + " from its least to its most, " +
                 base::Formatted("%llu turns of a swing of at least ",
-                                static_cast<unsigned long long>(swings_.Turns())) +
+                                static_cast<unsigned long long>(swings_.LoopIterations())) +
                 WithUnit(e.peak_to_peak, *e.quantity) +
                 base::Formatted(", none for %g s; limit a quarter of the time", model::SecondsOf(pause)),
             most_ - least_};

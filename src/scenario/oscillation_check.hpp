@@ -28,7 +28,7 @@ class Swings {
   explicit Swings(double least_swing) : least_swing_(least_swing) {}
   void Take(std::uint64_t tick, double value);
 
-  std::uint64_t Turns() const { return turns_; }
+  std::uint64_t LoopIterations() const { return loop_iterations_; }
   /// Of the time between the first and the last turn; 0 with fewer than three.
   double FrequencyHz() const;
   /// Without a turn: between two, before the first, or after the last until `tick`.
@@ -46,7 +46,7 @@ class Swings {
   std::uint64_t least_tick_ = 0;
   std::uint64_t most_tick_ = 0;
   std::uint64_t begin_tick_ = 0;
-  std::uint64_t turns_ = 0;
+  std::uint64_t loop_iterations_ = 0;
   std::uint64_t first_turn_ = 0;
   std::uint64_t last_turn_ = 0;
   double last_value_ = 0.0;

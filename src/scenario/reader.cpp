@@ -21,9 +21,9 @@
 namespace servohil::scenario {
 namespace {
 
-constexpr double kMostSeconds = 1e6;
-constexpr double kMostP1Psi = 300.0;
-constexpr double kMostP1ChangePsi = 1000.0;
+constexpr double kMaxSeconds = 1e6;
+constexpr double kMaxP1Psi = 300.0;
+constexpr double kMaxP1ChangePsi = 1000.0;
 
 void ReadSettings(const toml::table& table, const std::string& prefix, const std::filesystem::path& file,
                   std::vector<configuration::KeySetting>& settings) {
@@ -42,15 +42,15 @@ void ReadSettings(const toml::table& table, const std::string& prefix, const std
 CommandStep ReadCommand(Entry& entry, double duration_s) {
   CommandStep step;
   step.at_tick = model::TicksOf(entry.RequireNumber("at_s", 0.0, duration_s, "s"));
-  const auto p1_psi = entry.Number("p1_psi", 0.0, kMostP1Psi, "psi");
-  const auto change_psi = entry.Number("p1_change_psi", -kMostP1ChangePsi, kMostP1ChangePsi, "psi");
+  const auto p1_psi = entry.Number("p1_psi", 0.0, kMaxP1Psi, "psi");
+  const auto change_psi = entry.Number("p1_change_psi", -kMaxP1ChangePsi, kMaxP1ChangePsi, "psi");
   if (p1_psi && change_psi) entry.Fail("p1_change_psi", "must not stand beside p1_psi");
-  const auto amplitude_psi = entry.Number("amplitude_psi", 0.0, kMostP1Psi, "psi");
+  const auto amplitude_psi = entry.Number("amplitude_psi", 0.0, kMaxP1Psi, "psi");
   if (!p1_psi && !change_psi && !amplitude_psi)
     entry.FailWhole("it commands nothing: give p1_psi, p1_change_psi or amplitude_psi");
   step.is_change = !p1_psi;
   step.p1_psi = p1_psi ? *p1_psi : change_psi.value_or(0.0);
-  step.ramp_ticks = model::TicksOf(entry.Number("ramp_s", 0.0, kMostSeconds, "s").value_or(0.0));
+  step.ramp_ticks = model::TicksOf(entry.Number("ramp_s", 0.0, kMaxSeconds, "s").value_or(0.0));
   step.amplitude_psi = amplitude_psi.value_or(0.0);
   if (amplitude_psi) step.frequency_hz = entry.RequireNumber("frequency_hz", 1e-3, 5e3, "Hz");
   if (amplitude_psi && step.ramp_ticks > 0) entry.Fail("ramp_s", "must not stand beside amplitude_psi");
@@ -119,10 +119,8 @@ Scenario ScenarioFile::Head() const {
   Scenario scenario;
   scenario.file = contents_->file;
   scenario.about = head.Text("about").value_or("");
-  scenario.duration_ticks =
-      model::TicksOf(head.RequireNumber("duration_s", model::kTickS, kMostSeconds, "s"));
-  scenario.wait_ticks =
-      model::TicksOf(head.Number("wait_s", model::kTickS, kMostSeconds, "s").value_or(60.0));
+  scenario.duration_ticks = model::TicksOf(head.RequireNumber("duration_s", model::kTickS, kMaxSeconds, "s"));
+  scenario.wait_ticks = model::TicksOf(head.Number("wait_s", model::kTickS, kMaxSeconds, "s").value_or(60.0));
   for (const char* key : {"configuration", "command", "fault", "clear", "expect"}) head.Any(key);
   head.RefuseOthers();
   if (const toml::node* node = contents_->table.get("configuration"); node != nullptr && !node->is_table())
@@ -161,7 +159,7 @@ Scenario ScenarioFile::Understand(const fault_words::Permissions& permissions) c
   });
   std::stable_sort(
       scenario.faults.begin(), scenario.faults.end(),
-      [](const recording::Influence& a, const recording::Influence& b) { return a.tick < b.tick; });
+      [](const recording::Stimulus& a, const recording::Stimulus& b) { return a.tick < b.tick; });
   return scenario;
 }
 

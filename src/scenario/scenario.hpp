@@ -61,7 +61,7 @@ struct Scenario {
   std::uint64_t duration_ticks = 0;
   std::uint64_t wait_ticks = 0;  ///< for the first command, on a bus
   std::vector<CommandStep> commands;
-  std::vector<recording::Influence> faults;  ///< their ticks count from the start of scenario time
+  std::vector<recording::Stimulus> faults;  ///< their ticks count from the start of scenario time
   std::vector<Expectation> expectations;
 };
 

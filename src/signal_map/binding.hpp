@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::signal_map {
 

@@ -1,9 +1,9 @@
 #include "can/frame_bits.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace servohil::signal_map {
 
-std::vector<Contract::Load> Contract::BusLoad() const {
+std::vector<SignalMap::Load> SignalMap::BusLoad() const {
   const auto load = [&](const can::Message& message, int cycle_ms) {
     const can::FrameBits bits = can::WorstCaseBits(message);
     return Load{message.name, cycle_ms, (bits.nominal + bits.data * data_rate_ratio_) * 1000.0 / cycle_ms};

@@ -107,10 +107,10 @@ Json SentToJson(const PublishedMessage& outgoing) {
   return json;
 }
 
-void AddDemand(Json& json, const ReceivedMessage& incoming, const Contract& contract,
+void AddDemand(Json& json, const ReceivedMessage& incoming, const SignalMap& signal_map,
                const can::Frame& frame) {
   CommandRejection why{};
-  const std::optional<Demand> demand = contract.Decode(frame, why);
+  const std::optional<Demand> demand = signal_map.Decode(frame, why);
   if (why == CommandRejection::kMalformed) {
     json["refused"] = "malformed";
     return;
@@ -143,19 +143,19 @@ void AddQuantities(Json& json, const PublishedMessage& outgoing, const can::Fram
 
 }  // namespace
 
-Json ContractToJson(const Contract& contract, const configuration::CanSettings& can) {
+Json SignalMapToJson(const SignalMap& signal_map, const configuration::CanSettings& can) {
   Json json = {{"received", Json::array()}, {"sent", Json::array()}};
-  for (const ReceivedMessage& incoming : contract.IncomingMessages())
+  for (const ReceivedMessage& incoming : signal_map.IncomingMessages())
     json["received"].push_back(ReceivedToJson(incoming));
-  for (const PublishedMessage& outgoing : contract.OutgoingMessages())
+  for (const PublishedMessage& outgoing : signal_map.OutgoingMessages())
     json["sent"].push_back(SentToJson(outgoing));
   double bits_per_s = 0.0;
-  for (const Contract::Load& load : contract.BusLoad()) bits_per_s += load.bits_per_s;
+  for (const SignalMap::Load& load : signal_map.BusLoad()) bits_per_s += load.bits_per_s;
   json["load"] = {{"share", bits_per_s / can.bit_rate_bit_s}, {"bit_rate_bit_s", can.bit_rate_bit_s}};
   return json;
 }
 
-Json FrameToJson(const can::Message& message, const Contract& contract, const can::Frame& frame) {
+Json FrameToJson(const can::Message& message, const SignalMap& signal_map, const can::Frame& frame) {
   Json json = {{"message", message.name}, {"id", frame.id}, {"extended", frame.extended}};
   if (frame.remote) {
     json["remote"] = true;
@@ -166,11 +166,11 @@ Json FrameToJson(const can::Message& message, const Contract& contract, const ca
   for (const can::Signal& signal : message.signals) {
     if (whole && can::Carries(message, signal, data)) json["signals"][signal.name] = ValueOf(signal, data);
   }
-  if (const ReceivedMessage* const incoming = contract.FindIncoming(frame); incoming != nullptr) {
-    AddDemand(json, *incoming, contract, frame);
+  if (const ReceivedMessage* const incoming = signal_map.FindIncoming(frame); incoming != nullptr) {
+    AddDemand(json, *incoming, signal_map, frame);
     return json;
   }
-  const auto outgoing = contract.OutgoingMessages();
+  const auto outgoing = signal_map.OutgoingMessages();
   const auto found = std::find_if(outgoing.begin(), outgoing.end(), [&](const PublishedMessage& one) {
     return one.message->id == frame.id && one.message->extended == frame.extended;
   });

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "can/dbc/dbc.hpp"
-#include "configuration/contract_settings.hpp"
+#include "configuration/signal_map_settings.hpp"
 #include "signal_map/unit.hpp"
 
 namespace servohil::signal_map {

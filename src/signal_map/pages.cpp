@@ -165,7 +165,7 @@ class MessageBinder {
               [](const Bound& a, const Bound& b) { return a.signal < b.signal; });
     int number = 0;
     for (Bound& bound : bound_) {
-      if (bound.field) bound.field->number = std::min(number++, kMostFields - 1);
+      if (bound.field) bound.field->number = std::min(number++, kMaxFields - 1);
     }
   }
 
@@ -266,8 +266,8 @@ std::vector<PublishedMessage> BindPublished(const can::Databases& databases,
                                             const configuration::Configuration& configuration) {
   std::vector<PublishedMessage> published;
   for (const configuration::MessageSettings& settings : MessagesOf(configuration)) {
-    if (published.size() == simulation::kMostMessages)
-      throw base::UsageError(settings.place + ": more than " + std::to_string(simulation::kMostMessages) +
+    if (published.size() == simulation::kMaxMessages)
+      throw base::UsageError(settings.place + ": more than " + std::to_string(simulation::kMaxMessages) +
                              " messages in [[can.publish]]");
     published.push_back(MessageBinder(databases, configuration, settings).Bind());
   }

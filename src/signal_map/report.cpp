@@ -128,12 +128,12 @@ std::string DescribePage(const PublishedMessage& outgoing, const Page& page) {
   return text;
 }
 
-std::string CommandMeaning(const Contract& contract, const can::Frame& frame) {
+std::string CommandMeaning(const SignalMap& signal_map, const can::Frame& frame) {
   CommandRejection why{};
-  const std::optional<Demand> demand = contract.Decode(frame, why);
+  const std::optional<Demand> demand = signal_map.Decode(frame, why);
   std::string text;
   const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-  if (why != CommandRejection::kMalformed && !IsIntact(contract.FindIncoming(frame)->protection, frame))
+  if (why != CommandRejection::kMalformed && !IsIntact(signal_map.FindIncoming(frame)->protection, frame))
     return "wrong counter or checksum: not a command";
   if (why == CommandRejection::kOutOfRange) add("P1 out of range: not a command");
   if (why == CommandRejection::kNotAvailable) add("P1 not available (J1939): not a command");
@@ -167,14 +167,14 @@ std::string IdText(std::uint32_t id, bool extended) {
   return base::Formatted(extended ? "0x%08X" : "0x%X", id);
 }
 
-std::string DescribeContract(const Contract& contract, const configuration::CanSettings& can) {
+std::string DescribeSignalMap(const SignalMap& signal_map, const configuration::CanSettings& can) {
   std::string text = "received\n";
-  for (const ReceivedMessage& incoming : contract.IncomingMessages()) {
+  for (const ReceivedMessage& incoming : signal_map.IncomingMessages()) {
     text += MessageLine(*incoming.database, *incoming.message, incoming.pattern, incoming.cycle_ms, can);
     text += DescribeIncoming(incoming);
   }
   text += "sent\n";
-  for (const PublishedMessage& outgoing : contract.OutgoingMessages()) {
+  for (const PublishedMessage& outgoing : signal_map.OutgoingMessages()) {
     text += MessageLine(*outgoing.database, *outgoing.message,
                         {outgoing.message->id, outgoing.message->extended, false}, outgoing.cycle_ms, can);
     text += ProtectionLine(outgoing.protection);
@@ -182,7 +182,7 @@ std::string DescribeContract(const Contract& contract, const configuration::CanS
     for (const Page& page : outgoing.pages) text += DescribePage(outgoing, page);
   }
   double bits_per_s = 0.0;
-  for (const Contract::Load& load : contract.BusLoad()) bits_per_s += load.bits_per_s;
+  for (const SignalMap::Load& load : signal_map.BusLoad()) bits_per_s += load.bits_per_s;
   return text + base::Formatted("load     %.1f %% of %d bit/s at worst-case stuffing\n",
                                 100.0 * bits_per_s / can.bit_rate_bit_s, can.bit_rate_bit_s);
 }
@@ -197,9 +197,9 @@ std::string DescribeFrame(const can::Message& message, const can::Frame& frame) 
   return text;
 }
 
-std::string DescribeMeaning(const Contract& contract, const can::Frame& frame) {
-  if (contract.FindIncoming(frame) != nullptr) return CommandMeaning(contract, frame);
-  for (const PublishedMessage& outgoing : contract.OutgoingMessages()) {
+std::string DescribeMeaning(const SignalMap& signal_map, const can::Frame& frame) {
+  if (signal_map.FindIncoming(frame) != nullptr) return CommandMeaning(signal_map, frame);
+  for (const PublishedMessage& outgoing : signal_map.OutgoingMessages()) {
     const bool same = outgoing.message->id == frame.id && outgoing.message->extended == frame.extended;
     if (same && int{frame.size} >= outgoing.message->size_bytes) return PublishedMeaning(outgoing, frame);
   }

@@ -10,7 +10,7 @@
 namespace servohil::simulation {
 namespace {
 
-using T = Telemetry;
+using T = RunState;
 
 constexpr bool kMachines = false;  // doing: not repeatable
 
@@ -119,7 +119,7 @@ constexpr std::array kQuantities = std::to_array<Quantity>({
      [](const T& t) { return static_cast<double>(t.bus.bus_offs); }},
 });
 
-static_assert(kQuantities.size() <= kMostQuantities);
+static_assert(kQuantities.size() <= kMaxQuantities);
 
 }  // namespace
 

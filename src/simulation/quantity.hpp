@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "simulation/telemetry.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::simulation {
 
@@ -15,7 +15,7 @@ struct Quantity {
   const char* signal;  ///< of servohil's own DBC: "X3"
   const char* unit;    ///< "in"; empty where there is none
   const char* meaning;
-  double (*value)(const Telemetry&);
+  double (*value)(const RunState&);
   bool repeatable = true;  ///< a replay gives it bit for bit; false: the machine's doing
 };
 

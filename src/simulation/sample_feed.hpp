@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "rt/ring.hpp"
-#include "simulation/telemetry.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::simulation {
 
@@ -18,15 +18,15 @@ class SampleFeed {
       : ring_(std::make_unique<Samples>()), producer_waits_(producer_waits) {}
 
   /// Producer. Wait-free, real-time safe (unless it waits).
-  void Put(const Telemetry& now) noexcept {
+  void Put(const RunState& now) noexcept {
     constexpr timespec kWait{.tv_sec = 0, .tv_nsec = 200'000};
     while (!ring_->TryPush(now) && producer_waits_) nanosleep(&kWait, nullptr);
   }
   /// Consumer.
-  bool TryPop(Telemetry& now) noexcept { return ring_->TryPop(now); }
+  bool TryPop(RunState& now) noexcept { return ring_->TryPop(now); }
 
  private:
-  using Samples = rt::Ring<Telemetry, 32'768>;
+  using Samples = rt::Ring<RunState, 32'768>;
   std::unique_ptr<Samples> ring_;
   bool producer_waits_;
 };

@@ -17,7 +17,7 @@ class Watched {
   std::vector<std::string> Look(std::int64_t after_ms = 100) {
     seen.now_ns += after_ms * kMs;
     std::vector<std::string> texts;
-    for (const BusMonitor::Remark& remark : monitor_.Look(seen)) texts.push_back(remark.text);
+    for (const BusMonitor::Notice& remark : monitor_.Look(seen)) texts.push_back(remark.text);
     return texts;
   }
   const BusCondition& Now() const { return monitor_.Condition(); }

@@ -96,7 +96,7 @@ std::uint64_t RunAllFaults(SimulationTask& task) {
   for (const fault::Spec& spec : fault::Catalogue()) {
     simulation::Request request;
     request.injection.id = spec.id;
-    for (std::size_t i = 0; i < fault::kMostParameters; ++i)
+    for (std::size_t i = 0; i < fault::kMaxParameters; ++i)
       request.injection.values[i] = spec.parameters[i].preset;
     if (spec.HasSignal()) request.injection.target = 0;
     request.injection.ramp_ticks = 20;
@@ -136,16 +136,16 @@ TEST(Allocations, AndPageFaultsAreNoneWhereFaultsAct) {
 TEST(Allocations, AreNoneWhereATickIsRecorded) {
   const testing::Scratch scratch;
   const testing::DefaultSetup setup;
-  recording::Recorder recorder(scratch / "run", AttributesOf(setup), setup.contract);
-  const can::Frame frame = setup.contract.Encode(testing::kPosition, {});
-  simulation::Telemetry telemetry;
+  recording::Recorder recorder(scratch / "run", AttributesOf(setup), setup.signal_map);
+  const can::Frame frame = setup.signal_map.Encode(testing::kPosition, {});
+  simulation::RunState run_state;
   const long before = allocations_of_this_thread;
   while (!recorder.Incomplete()) {  // more than the ring holds
-    ++telemetry.sample.tick;
-    recorder.RecordInfluence({telemetry.sample.tick, {}});
-    recorder.RecordTick(telemetry);
+    ++run_state.sample.tick;
+    recorder.RecordStimulus({run_state.sample.tick, {}});
+    recorder.RecordTick(run_state);
     recorder.RecordReceived(frame, 0);
-    recorder.RecordSent(telemetry.sample.tick, testing::kPosition, frame);
+    recorder.RecordSent(run_state.sample.tick, testing::kPosition, frame);
   }
   EXPECT_EQ(allocations_of_this_thread, before);
 }

@@ -1,5 +1,5 @@
 // Faults in the simulation thread's work: what they do to what is published, that they are told of, and that
-// a replay of the influences gives the same run.
+// a replay of the stimuli gives the same run.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ class FaultBench {
 
   FaultBench& Inject(const std::string& fault, const fault_words::Words& words) {
     fault_words::FaultContext context;
-    context.contract = &setup_.contract;
+    context.signal_map = &setup_.signal_map;
     context.surroundings.unfaulted = &setup_.configuration.model;
     simulation::Request request;
     request.injection = fault_words::UnderstandInjection(fault, words, context).injection;
@@ -48,7 +48,7 @@ class FaultBench {
   std::vector<std::string> Told() {
     std::vector<std::string> all;
     for (fault::Event event; task->TryPopFaultEvent(event);)
-      all.push_back(fault_words::EventText(event, &setup_.contract));
+      all.push_back(fault_words::EventText(event, &setup_.signal_map));
     return all;
   }
   simulation::Answer::Result Answered() {
@@ -67,8 +67,8 @@ class FaultBench {
 
 double SignalIn(const testing::DefaultSetup& setup, std::size_t message, const char* name,
                 const simulation::Publication& p) {
-  const can::Frame frame = setup.contract.Encode(message, p.telemetry, p.measured);
-  return can::Decode(*setup.contract.MessageOf(message).FindSignal(name), {frame.data.data(), frame.size});
+  const can::Frame frame = setup.signal_map.Encode(message, p.run_state, p.measured);
+  return can::Decode(*setup.signal_map.MessageOf(message).FindSignal(name), {frame.data.data(), frame.size});
 }
 
 TEST(FaultTask, AFrozenSensorsFramesAreConstantWhileTheTruthMoves) {
@@ -78,10 +78,10 @@ TEST(FaultTask, AFrozenSensorsFramesAreConstantWhileTheTruthMoves) {
   double frozen = 0.0;
   int held = 0;
   for (const simulation::Publication& p : run.Published()) {
-    if (!simulation::Has(p.telemetry.due, testing::kPosition)) continue;
+    if (!simulation::Has(p.run_state.due, testing::kPosition)) continue;
     const double said = SignalIn(setup, testing::kPosition, "X3", p);
-    const double truth = p.telemetry.sample.state.x3_in;
-    const std::uint64_t tick = p.telemetry.sample.tick;
+    const double truth = p.run_state.sample.state.x3_in;
+    const std::uint64_t tick = p.run_state.sample.tick;
     if (tick <= 500 || tick > 1'500) {
       EXPECT_NEAR(said, truth, 1.0001e-4) << tick;
     } else {
@@ -100,10 +100,10 @@ TEST(FaultTask, WhatIsNotAvailableHasAllOnes) {
   FaultBench run(setup);
   run.Inject("sensor_open_wire", {{"signal", "p3"}}).Inject("sensor_full_scale", {{"signal", "p4"}}).For(100);
   const simulation::Publication last = run.Published().back();
-  const can::Frame frame = setup.contract.Encode(testing::kPressures, last.telemetry, last.measured);
+  const can::Frame frame = setup.signal_map.Encode(testing::kPressures, last.run_state, last.measured);
   EXPECT_EQ(frame.data[2], 0xFF);
   EXPECT_EQ(frame.data[3], 0xFF);
-  const can::Signal& p4 = *setup.contract.MessageOf(testing::kPressures).FindSignal("P4");
+  const can::Signal& p4 = *setup.signal_map.MessageOf(testing::kPressures).FindSignal("P4");
   EXPECT_NEAR(SignalIn(setup, testing::kPressures, "P4", last), p4.maximum, p4.factor);
 }
 
@@ -124,7 +124,7 @@ TEST(FaultTask, EachMessageOfAFaultedTickHasItsOwnFate) {
   int lost = 0;
   int sent = 0;
   for (const simulation::Publication& p : run.Published()) {
-    EXPECT_EQ(p.fate.lost, p.telemetry.due == simulation::SetOf(testing::kPosition));
+    EXPECT_EQ(p.fate.lost, p.run_state.due == simulation::SetOf(testing::kPosition));
     (p.fate.lost ? lost : sent) += 1;
   }
   EXPECT_EQ(lost, 10);
@@ -229,7 +229,7 @@ TEST(FaultTask, InterfaceDownIsInTheStatus) {
 std::string WarningOf(const std::string& fault, const fault_words::Words& words) {
   const testing::DefaultSetup setup;
   fault_words::FaultContext context;
-  context.contract = &setup.contract;
+  context.signal_map = &setup.signal_map;
   context.surroundings.unfaulted = &setup.configuration.model;
   return fault_words::UnderstandInjection(fault, words, context).warning;
 }
@@ -250,7 +250,7 @@ TEST(FaultWords, WarnOfWhatWouldHaveNoEffect) {
 TEST(FaultWords, AreSilentWhereEveryFaultsPresetsHaveAnEffect) {
   const testing::DefaultSetup setup({"stabilizer.enabled=true"});
   fault_words::FaultContext context;
-  context.contract = &setup.contract;
+  context.signal_map = &setup.signal_map;
   context.surroundings.unfaulted = &setup.configuration.model;
   context.surroundings.counter = true;
   context.surroundings.checksum = true;
@@ -264,7 +264,7 @@ TEST(FaultWords, AreSilentWhereEveryFaultsPresetsHaveAnEffect) {
 TEST(FaultWords, GiveTheTimeLineInTicks) {
   const testing::DefaultSetup setup;
   fault_words::FaultContext context;
-  context.contract = &setup.contract;
+  context.signal_map = &setup.signal_map;
   context.surroundings.unfaulted = &setup.configuration.model;
   const fault::Injection once =
       fault_words::UnderstandInjection("cold_oil", {{"at_s", 1.0}, {"ramp_s", 0.1}, {"for_s", 2.0}}, context)

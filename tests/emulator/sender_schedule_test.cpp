@@ -9,8 +9,8 @@
 namespace servohil::emulator {
 namespace {
 
-std::array<std::uint64_t, simulation::kMostMessages> Cycles(std::initializer_list<std::uint64_t> ticks) {
-  std::array<std::uint64_t, simulation::kMostMessages> cycles{};
+std::array<std::uint64_t, simulation::kMaxMessages> Cycles(std::initializer_list<std::uint64_t> ticks) {
+  std::array<std::uint64_t, simulation::kMaxMessages> cycles{};
   std::copy(ticks.begin(), ticks.end(), cycles.begin());
   return cycles;
 }

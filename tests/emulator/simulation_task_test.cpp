@@ -39,7 +39,7 @@ TEST(SimulationTask, PublishesEachMessageAtItsCycleWhateverTheWakePeriod) {
     while (task.Now().sample.tick < 10'000) {
       task.Wake(in_time);
       while (task.TryPopPublication(p)) {
-        const simulation::Telemetry& t = p.telemetry;
+        const simulation::RunState& t = p.run_state;
         for (std::size_t i = 0; i < testing::kMessageCount; ++i) {
           if (simulation::Has(t.due, i) && t.sample.tick <= 10'000) ++published[i];
         }
@@ -85,7 +85,7 @@ TEST(SimulationTask, RecentLatenessIsThatSinceTheStatusBefore) {
     task.Wake(timing);
     simulation::Publication p;
     while (task.TryPopPublication(p)) {
-      const simulation::Telemetry& t = p.telemetry;
+      const simulation::RunState& t = p.run_state;
       if (simulation::Has(t.due, testing::kStatus)) told.push_back(t.status.recent_lateness_ns);
     }
   }
@@ -141,7 +141,7 @@ TEST(SimulationTask, PastTheLimitFreezeHoldsTheStateAndGoesOnPublishing) {
   simulation::Publication p;
   int positions = 0;
   while (task.TryPopPublication(p)) {
-    const simulation::Telemetry& t = p.telemetry;
+    const simulation::RunState& t = p.run_state;
     positions +=
         simulation::Has(t.due, testing::kPosition) && t.status.mode == simulation::Mode::kFrozen ? 1 : 0;
   }
@@ -230,7 +230,7 @@ TEST(SimulationTask, CommandAgeAndModeFollowTheCommands) {
   task.Wake(in_time);
   EXPECT_EQ(task.Now().status.mode, simulation::Mode::kRunning);
   EXPECT_EQ(task.Now().status.command_age_ticks, 20U);
-  governor.Send(std::nan(""));  // the guard lets none through; the model must not show its effect either
+  governor.Send(std::nan(""));  // the validator lets none through; the model must not show its effect either
   task.Wake(in_time);
   EXPECT_EQ(task.Now().status.mode, simulation::Mode::kModelFault);
 }

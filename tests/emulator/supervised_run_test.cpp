@@ -34,8 +34,8 @@ class Directory {
 
 TaskOptions SupervisedOptions(const testing::DefaultSetup& setup) {
   TaskOptions options = setup.Options();
-  options.safety =
-      simulation::LawOf(configuration::Resolved(setup.configuration.safety, setup.contract.CommandCycleMs()));
+  options.safety = simulation::LawOf(
+      configuration::Resolved(setup.configuration.safety, setup.signal_map.CommandCycleMs()));
   return options;
 }
 
@@ -108,12 +108,12 @@ TEST(SupervisedRun, IsReplayedBitForBitWithTheSameChanges) {
         configuration::DescribeConfiguration(setup.configuration);
     recording::RecorderOptions recorder_options;
     recorder_options.producers_wait = true;
-    recording::Recorder recorder(directory.File(), attributes, setup.contract, recorder_options);
+    recording::Recorder recorder(directory.File(), attributes, setup.signal_map, recorder_options);
     TaskOptions options = SupervisedOptions(setup);
     options.recorder = &recorder;
     auto task = std::make_unique<SimulationTask>(setup.configuration.model, setup.start, options);
     const std::vector<simulation::SafetyChange> changes = RunEventfully(*task, setup.start.p1_psi);
-    const simulation::Telemetry end = task->Now();
+    const simulation::RunState end = task->Now();
     EXPECT_TRUE(recorder.Finish({"VALID", end.sample.state_hash}).complete);
 
     const recording::RecordingReader reader(directory.File());
@@ -122,11 +122,11 @@ TEST(SupervisedRun, IsReplayedBitForBitWithTheSameChanges) {
     replay_options.supervised = false;
     replay_options.duration_ticks = end.sample.tick;
     auto again = std::make_unique<SimulationTask>(setup.configuration.model, setup.start, replay_options);
-    std::vector<simulation::Telemetry> recorded(end.sample.tick);
+    std::vector<simulation::RunState> recorded(end.sample.tick);
     ASSERT_EQ(reader.ReadSamples(0, recorded), end.sample.tick);
     std::size_t row = 0;
-    run::RunScript(*again, reader.Influences(), [&] {
-      const simulation::Telemetry& now = again->Now();
+    run::RunScript(*again, reader.Stimuli(), [&] {
+      const simulation::RunState& now = again->Now();
       EXPECT_EQ(now.sample.state_hash, recorded[row].sample.state_hash) << now.sample.tick;
       EXPECT_EQ(now.status.mode, recorded[row].status.mode) << now.sample.tick;
       EXPECT_EQ(now.status.safety_cause, recorded[row].status.safety_cause) << now.sample.tick;

@@ -46,7 +46,7 @@ inline const Spec& Named(std::string_view name) {
 inline Injection Of(std::string_view name, const std::vector<double>& values = {}) {
   Injection injection;
   injection.id = Named(name).id;
-  for (std::size_t i = 0; i < kMostParameters; ++i)
+  for (std::size_t i = 0; i < kMaxParameters; ++i)
     injection.values[i] = i < values.size() ? values[i] : Named(name).parameters[i].preset;
   return injection;
 }

@@ -91,7 +91,7 @@ Injection AnyFault(Random& random, const Parameters& p) {
   injection.id = spec->id;
   injection.seed = random.Below(1'000);
   if (spec->HasSignal()) injection.target = static_cast<std::uint8_t>(random.Below(10));
-  for (std::size_t i = 0; i < kMostParameters && spec->parameters[i].name != nullptr; ++i) {
+  for (std::size_t i = 0; i < kMaxParameters && spec->parameters[i].name != nullptr; ++i) {
     const ParameterSpec& range = spec->parameters[i];
     const std::size_t where = random.Below(8);
     injection.values[i] = where == 0   ? range.minimum
@@ -105,8 +105,8 @@ Injection AnyFault(Random& random, const Parameters& p) {
 }
 
 /// Commands all over the envelope, up to five faults, some cleared again.
-std::vector<recording::Influence> AnyScript(Random& random, const Parameters& p, double p1_psi) {
-  std::vector<recording::Influence> script;
+std::vector<recording::Stimulus> AnyScript(Random& random, const Parameters& p, double p1_psi) {
+  std::vector<recording::Stimulus> script;
   const auto at = [&](std::uint64_t tick, simulation::Request::Kind kind) -> simulation::Request& {
     script.push_back({tick, {}});
     script.back().request.kind = kind;
@@ -147,7 +147,7 @@ void HashPublications(emulator::SimulationTask& task, std::uint64_t& hash) {
   while (task.TryPopPublication(publication)) {
     for (const simulation::Quantity& quantity : simulation::Quantities())
       hash =
-          Mixed(hash, std::bit_cast<std::uint64_t>(publication.measured.Of(quantity, publication.telemetry)));
+          Mixed(hash, std::bit_cast<std::uint64_t>(publication.measured.Of(quantity, publication.run_state)));
     hash = Mixed(hash, publication.fate.delay_ticks);
     hash = Mixed(hash, std::uint64_t{publication.fate.lost} << 8U | publication.fate.copies);
   }
@@ -165,7 +165,7 @@ Outcome RunScenario(unsigned seed) {
   const Parameters p = AnyServomotor(random);
   const model::SteadyState start = model::SteadyStateAt(model::Derived(p), random.Between(1.0, 7.5));
   if (!start) return {};
-  const std::vector<recording::Influence> script = AnyScript(random, p, start.p1_psi);
+  const std::vector<recording::Stimulus> script = AnyScript(random, p, start.p1_psi);
   emulator::TaskOptions options;
   options.duration_ticks = kTicks;
   options.cycle_ticks[0] = 50;

@@ -81,13 +81,13 @@ TEST(Schedule, ReplacesClearsAndClearsAll) {
 
 TEST(Schedule, IsFullAtItsMostButStillReplaces) {
   Schedule schedule;
-  ASSERT_GT(Catalogue().size(), Schedule::kMostInjections);
-  for (std::size_t i = 0; i < Schedule::kMostInjections; ++i)
+  ASSERT_GT(Catalogue().size(), Schedule::kMaxInjections);
+  for (std::size_t i = 0; i < Schedule::kMaxInjections; ++i)
     ASSERT_TRUE(schedule.Inject(testing::Of(Catalogue()[i].name)));
-  EXPECT_FALSE(schedule.Inject(testing::Of(Catalogue()[Schedule::kMostInjections].name)));
-  EXPECT_EQ(schedule.size(), Schedule::kMostInjections);
+  EXPECT_FALSE(schedule.Inject(testing::Of(Catalogue()[Schedule::kMaxInjections].name)));
+  EXPECT_EQ(schedule.size(), Schedule::kMaxInjections);
   EXPECT_TRUE(schedule.Inject(testing::Of(Catalogue()[3].name))) << "one that is there already";
-  EXPECT_EQ(schedule.size(), Schedule::kMostInjections);
+  EXPECT_EQ(schedule.size(), Schedule::kMaxInjections);
 }
 
 TEST(Schedule, AdvanceTellsExactlyWhenTheParametersMayDiffer) {
@@ -119,7 +119,7 @@ TEST(Schedule, WithNothingThatActsTheParametersAreTheUnfaultedOnes) {
   const model::Parameters unfaulted = testing::Full();
   Schedule schedule;
   EXPECT_TRUE(SameBits(schedule.Faulted(unfaulted, 7), unfaulted));
-  for (std::size_t i = 0; i < Schedule::kMostInjections; ++i) {
+  for (std::size_t i = 0; i < Schedule::kMaxInjections; ++i) {
     Injection injection = testing::Of(Catalogue()[i].name);
     injection.start_tick = 100;
     injection.ramp_ticks = 3;

@@ -23,10 +23,10 @@ void ReadCandump(const std::string& file) {
 
 void ReadP1Script(const std::string& file) {
   std::uint64_t last = 0;
-  for (const servohil::recording::Influence& influence : servohil::run::ReadP1Script(file)) {
-    Require(influence.tick >= last && influence.tick > 0, "P1 changes in the order of time");
-    Require(std::isfinite(influence.request.p1_psi), "P1 is a number");
-    last = influence.tick;
+  for (const servohil::recording::Stimulus& stimulus : servohil::run::ReadP1Script(file)) {
+    Require(stimulus.tick >= last && stimulus.tick > 0, "P1 changes in the order of time");
+    Require(std::isfinite(stimulus.request.p1_psi), "P1 is a number");
+    last = stimulus.tick;
   }
 }
 

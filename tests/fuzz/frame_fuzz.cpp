@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "can/error_frame.hpp"
-#include "emulator/command_guard.hpp"
+#include "emulator/command_validator.hpp"
 #include "fuzz.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 namespace {
 
@@ -18,19 +18,19 @@ namespace can = servohil::can;
 /// A configuration with its messages, and who guards its command.
 struct Side {
   servohil::configuration::Configuration configuration;
-  servohil::signal_map::Contract contract;
+  servohil::signal_map::SignalMap signal_map;
 
   Side(const char* file, const std::vector<std::string>& settings)
       : configuration(
             servohil::configuration::LoadConfiguration(std::string(SERVOHIL_CONFIG_DIR) + file, settings)),
-        contract(configuration) {}
+        signal_map(configuration) {}
 
-  servohil::emulator::CommandGuard Guard() const {
-    const servohil::signal_map::ReceivedMessage& command = contract.IncomingMessages().front();
-    servohil::emulator::CommandGuard guard(configuration.safety, command.cycle_ms);
+  servohil::emulator::CommandValidator Validator() const {
+    const servohil::signal_map::ReceivedMessage& command = signal_map.IncomingMessages().front();
+    servohil::emulator::CommandValidator validator(configuration.safety, command.cycle_ms);
     if (command.protection)
-      guard.Check(*command.protection, static_cast<unsigned>(configuration.can.command.max_counter_jump));
-    return guard;
+      validator.Check(*command.protection, static_cast<unsigned>(configuration.can.command.max_counter_jump));
+    return validator;
   }
 };
 
@@ -74,7 +74,7 @@ class Source {
 };
 
 /// Flags, identifier or the number of a message that is known, size, data.
-can::Frame FrameFrom(Source& source, const servohil::signal_map::Contract& contract) {
+can::Frame FrameFrom(Source& source, const servohil::signal_map::SignalMap& signal_map) {
   const std::uint8_t flags = source.Byte();
   const auto has = [&](unsigned bit) { return (flags & (1U << bit)) != 0; };
   can::Frame frame;
@@ -84,7 +84,7 @@ can::Frame FrameFrom(Source& source, const servohil::signal_map::Contract& contr
   frame.bit_rate_switch = has(3);
   frame.error = has(5);
   if (has(4)) {
-    const auto incoming = contract.IncomingMessages();
+    const auto incoming = signal_map.IncomingMessages();
     const can::Message& known = *incoming[source.Byte() % incoming.size()].message;
     frame.id = known.id;
     frame.extended = known.extended;
@@ -94,17 +94,17 @@ can::Frame FrameFrom(Source& source, const servohil::signal_map::Contract& contr
   }
   frame.size = static_cast<std::uint8_t>(source.Byte() % (frame.fd ? 65 : 9));
   std::generate_n(frame.data.begin(), frame.size, [&] { return source.Byte(); });
-  if (const auto& protection = contract.IncomingMessages().front().protection;
+  if (const auto& protection = signal_map.IncomingMessages().front().protection;
       has(6) && protection && frame.size >= protection->size_bytes)
     can::Protect(*protection, frame.id, source.Byte() % protection->modulus, frame.data);
   return frame;
 }
 
-void RequireInRange(const servohil::signal_map::Contract& contract, const can::Frame& frame,
+void RequireInRange(const servohil::signal_map::SignalMap& signal_map, const can::Frame& frame,
                     const servohil::signal_map::Demand& demand) {
   Require(!frame.remote && !frame.error, "remote and error frames demand nothing");
   if (!demand.p1_psi) return;
-  const servohil::signal_map::ReceivedMessage& command = contract.IncomingMessages().front();
+  const servohil::signal_map::ReceivedMessage& command = signal_map.IncomingMessages().front();
   const can::Signal& p1 = *command.p1;
   Require(std::isfinite(*demand.p1_psi), "P1 is a number");
   Require(!(p1.minimum < p1.maximum) || (*demand.p1_psi >= command.p1_to_psi(p1.minimum) &&
@@ -113,7 +113,7 @@ void RequireInRange(const servohil::signal_map::Contract& contract, const can::F
 }
 
 void RequireValid(const Side& side, const can::Frame& frame, const servohil::simulation::Command& newest) {
-  const auto& protection = side.contract.IncomingMessages().front().protection;
+  const auto& protection = side.signal_map.IncomingMessages().front().protection;
   const std::span<const std::uint8_t> data(frame.data.data(), frame.size);
   Require(!protection || can::IsIntact(*protection, frame.id, data), "a valid frame is intact");
   Require(newest.p1_psi >= side.configuration.safety.p1_minimum_psi &&
@@ -131,19 +131,19 @@ void TellError(const can::Frame& frame, can::ErrorTotals& errors) {
 int FuzzOne(std::string_view bytes) {
   Source source(bytes);
   const Side& side = Sides()[source.Byte() % Sides().size()];
-  servohil::emulator::CommandGuard guard = side.Guard();
+  servohil::emulator::CommandValidator validator = side.Validator();
   can::ErrorTotals errors;
   for (std::int64_t time_ns = 0; !source.AtEnd();) {
     const std::int64_t age_ns = std::int64_t{source.Byte()} * 100'000;
     time_ns += age_ns;
-    const can::Frame frame = FrameFrom(source, side.contract);
+    const can::Frame frame = FrameFrom(source, side.signal_map);
     if (frame.error) TellError(frame, errors);
     servohil::signal_map::CommandRejection why{};
-    const auto demand = side.contract.Decode(frame, why);
-    if (demand) RequireInRange(side.contract, frame, *demand);
-    if (!side.contract.IsCommand(frame)) continue;
-    const auto verdict = guard.Judge(frame, demand, why, {time_ns, age_ns, time_ns});
-    if (verdict == servohil::simulation::FrameVerdict::kValid) RequireValid(side, frame, guard.Newest());
+    const auto demand = side.signal_map.Decode(frame, why);
+    if (demand) RequireInRange(side.signal_map, frame, *demand);
+    if (!side.signal_map.IsCommand(frame)) continue;
+    const auto verdict = validator.Judge(frame, demand, why, {time_ns, age_ns, time_ns});
+    if (verdict == servohil::simulation::FrameVerdict::kValid) RequireValid(side, frame, validator.Newest());
   }
   return 0;
 }

@@ -14,9 +14,9 @@ using servohil::simulation::Request;
 const servohil::fault_words::Permissions& Everything() {
   static const auto configuration =
       servohil::configuration::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {});
-  static const servohil::signal_map::Contract contract(configuration);
+  static const servohil::signal_map::SignalMap signal_map(configuration);
   static const servohil::fault_words::Permissions permissions{
-      {{&configuration.model, true, true, true, true}, &contract, contract.Wanted()}, true, {}};
+      {{&configuration.model, true, true, true, true}, &signal_map, signal_map.Wanted()}, true, {}};
   return permissions;
 }
 

@@ -11,8 +11,9 @@ namespace {
 const servohil::fault_words::Permissions& Everything() {
   static const servohil::configuration::Configuration configuration =
       servohil::configuration::LoadConfiguration(SERVOHIL_CONFIG_DIR "/servohil.toml", {});
-  static const servohil::signal_map::Contract contract(configuration);
-  static const servohil::fault_words::Permissions permissions{{{&configuration.model}, &contract}, true, {}};
+  static const servohil::signal_map::SignalMap signal_map(configuration);
+  static const servohil::fault_words::Permissions permissions{
+      {{&configuration.model}, &signal_map}, true, {}};
   return permissions;
 }
 

@@ -33,10 +33,10 @@ namespace {
 namespace fs = std::filesystem;
 using testing::Scratch;
 
-/// Telemetry of any bits, from a generator that starts where the test says.
-class RandomTelemetry {
+/// RunState of any bits, from a generator that starts where the test says.
+class RandomRunState {
  public:
-  explicit RandomTelemetry(unsigned seed) : random_(seed) {}
+  explicit RandomRunState(unsigned seed) : random_(seed) {}
 
   double Number() {
     // Any bit pattern but NaN, which is unequal to itself: infinities, subnormals and both zeros too.
@@ -47,8 +47,8 @@ class RandomTelemetry {
     return value;
   }
 
-  simulation::Telemetry At(std::uint64_t tick) {
-    simulation::Telemetry t;
+  simulation::RunState At(std::uint64_t tick) {
+    simulation::RunState t;
     t.sample.tick = tick;
     t.sample.p1_psi = Number();
     model::State& state = t.sample.state;
@@ -75,7 +75,7 @@ class RandomTelemetry {
   std::mt19937_64 random_;
 };
 
-void ExpectEqual(const simulation::Telemetry& a, const simulation::Telemetry& b) {
+void ExpectEqual(const simulation::RunState& a, const simulation::RunState& b) {
   ASSERT_EQ(a.sample.tick, b.sample.tick);
   EXPECT_EQ(a.sample.p1_psi, b.sample.p1_psi) << "tick " << a.sample.tick;
   EXPECT_EQ(a.sample.state.Vector(), b.sample.state.Vector()) << "tick " << a.sample.tick;
@@ -135,11 +135,11 @@ void FlipBit(const fs::path& name, std::uint64_t place) {
   file.put(static_cast<char>(byte ^ 0x10));
 }
 
-Influence CommandAt(std::uint64_t tick, double p1_psi) {
-  Influence influence{.tick = tick};
-  influence.request.kind = simulation::Request::Kind::kCommand;
-  influence.request.p1_psi = p1_psi;
-  return influence;
+Stimulus CommandAt(std::uint64_t tick, double p1_psi) {
+  Stimulus stimulus{.tick = tick};
+  stimulus.request.kind = simulation::Request::Kind::kCommand;
+  stimulus.request.p1_psi = p1_psi;
+  return stimulus;
 }
 
 constexpr RecorderOptions kWaiting{.producers_wait = true};
@@ -151,16 +151,16 @@ TEST(Recording, IsReadBackBitForBit) {
   constexpr std::uint64_t kTicks = 50'000;
   constexpr unsigned kSeed = 1;
   {
-    Recorder recorder(scratch / "run", Attributes(setup), setup.contract, kWaiting);
-    RandomTelemetry random(kSeed);
+    Recorder recorder(scratch / "run", Attributes(setup), setup.signal_map, kWaiting);
+    RandomRunState random(kSeed);
     for (std::uint64_t tick = 1; tick <= kTicks; ++tick) {
-      if (tick % 100 == 0) recorder.RecordInfluence(CommandAt(tick, static_cast<double>(tick) / 3.0));
+      if (tick % 100 == 0) recorder.RecordStimulus(CommandAt(tick, static_cast<double>(tick) / 3.0));
       recorder.RecordTick(random.At(tick));
     }
     const RecordingReport report = recorder.Finish(kEnd);
     EXPECT_TRUE(report.complete) << report.problem;
     EXPECT_EQ(report.samples, kTicks);
-    EXPECT_EQ(report.influences, kTicks / 100);
+    EXPECT_EQ(report.stimuli, kTicks / 100);
   }
 
   const RecordingReader reader(scratch / "run");
@@ -172,8 +172,8 @@ TEST(Recording, IsReadBackBitForBit) {
   ASSERT_EQ(reader.SampleCount(), kTicks);
   EXPECT_TRUE(reader.Gaps().empty());
 
-  RandomTelemetry random(kSeed);
-  std::vector<simulation::Telemetry> block(7'001);  // no multiple of a chunk
+  RandomRunState random(kSeed);
+  std::vector<simulation::RunState> block(7'001);  // no multiple of a chunk
   std::uint64_t row = 0;
   while (const std::size_t count = reader.ReadSamples(row, block)) {
     for (std::size_t i = 0; i < count; ++i) ExpectEqual(block[i], random.At(++row));
@@ -181,7 +181,7 @@ TEST(Recording, IsReadBackBitForBit) {
   }
   EXPECT_EQ(row, kTicks);
 
-  const std::vector<Influence> commands = reader.Influences();
+  const std::vector<Stimulus> commands = reader.Stimuli();
   ASSERT_EQ(commands.size(), kTicks / 100);
   for (std::size_t i = 0; i < commands.size(); ++i) {
     const std::uint64_t tick = (i + 1) * 100;
@@ -197,7 +197,7 @@ TEST(Recording, HoldsWhatTheRunDependedOnWhateverItsLength) {
   RecordingAttributes attributes = Attributes(setup);
   attributes.dbc.push_back("\n" + std::string(1'000'000, '#'));  // far beyond the 64 KiB of an object header
   attributes.every_ticks = 10;
-  Recorder(scratch / "run", attributes, setup.contract).Finish(kEnd);
+  Recorder(scratch / "run", attributes, setup.signal_map).Finish(kEnd);
 
   const RecordingReader reader(scratch / "run");
   const RecordingAttributes& read = reader.Attributes();
@@ -218,30 +218,30 @@ TEST(Recording, TakesEveryNthTickAndEveryCommand) {
   const testing::DefaultSetup setup;
   RecordingAttributes attributes = Attributes(setup);
   attributes.every_ticks = 25;
-  Recorder recorder(scratch / "run", attributes, setup.contract, kWaiting);
-  RandomTelemetry random(2);
+  Recorder recorder(scratch / "run", attributes, setup.signal_map, kWaiting);
+  RandomRunState random(2);
   for (std::uint64_t tick = 1; tick <= 1'000; ++tick) {
-    recorder.RecordInfluence(CommandAt(tick, 30.0));
+    recorder.RecordStimulus(CommandAt(tick, 30.0));
     recorder.RecordTick(random.At(tick));
   }
   EXPECT_TRUE(recorder.Finish(kEnd).complete);
   const RecordingReader reader(scratch / "run");
-  std::vector<simulation::Telemetry> samples(100);
+  std::vector<simulation::RunState> samples(100);
   ASSERT_EQ(reader.ReadSamples(0, samples), 40U);
   for (std::size_t i = 0; i < 40; ++i) EXPECT_EQ(samples[i].sample.tick, 25 * (i + 1));
-  EXPECT_EQ(reader.Influences().size(), 1'000U);
+  EXPECT_EQ(reader.Stimuli().size(), 1'000U);
 }
 
 /// What a full ring loses: the file tells exactly which samples.
 TEST(Recording, MarksEveryLossAsAGap) {
   const Scratch scratch;
   const testing::DefaultSetup setup;
-  Recorder recorder(scratch / "run", Attributes(setup), setup.contract);
-  const simulation::Telemetry telemetry = RandomTelemetry(3).At(0);
+  Recorder recorder(scratch / "run", Attributes(setup), setup.signal_map);
+  const simulation::RunState run_state = RandomRunState(3).At(0);
   // Far faster than any disk: the ring fills. A few more, so that there are samples after a gap.
   std::uint64_t tick = 0;
   const auto record = [&] {
-    simulation::Telemetry t = telemetry;
+    simulation::RunState t = run_state;
     t.sample.tick = ++tick;
     recorder.RecordTick(t);
   };
@@ -255,7 +255,7 @@ TEST(Recording, MarksEveryLossAsAGap) {
   const RecordingReader reader(scratch / "run");
   EXPECT_FALSE(reader.Complete());
   ASSERT_EQ(reader.SampleCount(), report.samples);
-  std::vector<simulation::Telemetry> samples(static_cast<std::size_t>(report.samples));
+  std::vector<simulation::RunState> samples(static_cast<std::size_t>(report.samples));
   reader.ReadSamples(0, samples);
   std::vector<RecordingGap> missing;
   std::uint64_t expected = 1;
@@ -263,7 +263,7 @@ TEST(Recording, MarksEveryLossAsAGap) {
     if (next != expected) missing.push_back({RecordedStream::kSamples, expected, next - expected});
     expected = next + 1;
   };
-  for (const simulation::Telemetry& sample : samples) expect(sample.sample.tick);
+  for (const simulation::RunState& sample : samples) expect(sample.sample.tick);
   expect(tick + 1);
   EXPECT_FALSE(missing.empty());
   EXPECT_EQ(reader.Gaps(), missing);
@@ -278,14 +278,14 @@ TEST(Recording, EndsBeforeTheDiskIsFull) {
   options.reserve_bytes = 1'000'000;
   options.free_bytes = [](const fs::path&) { return free_bytes.load(); };
   free_bytes = options.reserve_bytes;
-  Recorder recorder(scratch / "run", Attributes(setup), setup.contract, options);
-  RandomTelemetry random(4);
+  Recorder recorder(scratch / "run", Attributes(setup), setup.signal_map, options);
+  RandomRunState random(4);
   std::uint64_t tick = 0;
   // More than the ring holds, so that some of it is written before the disk is full.
   for (; tick < 50'000; ++tick) recorder.RecordTick(random.At(tick));
   free_bytes = options.reserve_bytes - 1;
   while (!recorder.Incomplete()) recorder.RecordTick(random.At(tick++));
-  recorder.RecordInfluence(CommandAt(tick, 30.0));
+  recorder.RecordStimulus(CommandAt(tick, 30.0));
   recorder.RecordTick(random.At(tick++));
   free_bytes = options.reserve_bytes;  // that there is room again does not make it whole
   const RecordingReport report = recorder.Finish(kEnd);
@@ -294,7 +294,7 @@ TEST(Recording, EndsBeforeTheDiskIsFull) {
   EXPECT_GT(report.samples, 0U);
   EXPECT_GT(report.samples_lost, 0U);
   EXPECT_EQ(report.samples + report.samples_lost, tick);
-  EXPECT_EQ(report.influences_lost, 1U);
+  EXPECT_EQ(report.stimuli_lost, 1U);
 
   const RecordingReader reader(scratch / "run");  // closed cleanly, and says so
   EXPECT_TRUE(reader.End());
@@ -303,7 +303,7 @@ TEST(Recording, EndsBeforeTheDiskIsFull) {
   const std::vector<RecordingGap> gaps = reader.Gaps();
   ASSERT_EQ(gaps.size(), 2U);
   EXPECT_EQ(gaps[0], (RecordingGap{RecordedStream::kSamples, report.samples, report.samples_lost}));
-  EXPECT_EQ(gaps[1].stream, RecordedStream::kInfluences);
+  EXPECT_EQ(gaps[1].stream, RecordedStream::kStimuli);
 }
 
 TEST(Recording, OfAFullDiskDoesNotBegin) {
@@ -311,7 +311,8 @@ TEST(Recording, OfAFullDiskDoesNotBegin) {
   const testing::DefaultSetup setup;
   RecorderOptions options;
   options.free_bytes = [](const fs::path&) { return std::uint64_t{0}; };
-  EXPECT_THROW(Recorder(scratch / "run", Attributes(setup), setup.contract, options), base::EnvironmentError);
+  EXPECT_THROW(Recorder(scratch / "run", Attributes(setup), setup.signal_map, options),
+               base::EnvironmentError);
 }
 
 /// In a process of its own, whose files grow no further than `limit_bytes`: writing beyond fails, as with a
@@ -325,8 +326,8 @@ std::string ProblemOfARecordingLimitedTo(rlim_t limit_bytes, const fs::path& dir
     std::signal(SIGXFSZ, SIG_IGN);
     const rlimit limit{limit_bytes, limit_bytes};
     setrlimit(RLIMIT_FSIZE, &limit);
-    Recorder recorder(directory, Attributes(setup), setup.contract, kWaiting);
-    RandomTelemetry random(seed);
+    Recorder recorder(directory, Attributes(setup), setup.signal_map, kWaiting);
+    RandomRunState random(seed);
     for (std::uint64_t tick = 0; !recorder.Incomplete(); ++tick) recorder.RecordTick(random.At(tick));
     const RecordingReport report = recorder.Finish(kEnd);
     const std::string text = report.complete ? "complete" : report.problem;
@@ -354,18 +355,18 @@ TEST(Recording, SurvivesAWriteErrorWithWhatWasWritten) {
   const RecordingReader reader(scratch / "run");
   EXPECT_FALSE(reader.Complete());
   EXPECT_GT(reader.SampleCount(), 0U);
-  std::vector<simulation::Telemetry> samples(static_cast<std::size_t>(reader.SampleCount()));
+  std::vector<simulation::RunState> samples(static_cast<std::size_t>(reader.SampleCount()));
   ASSERT_EQ(reader.ReadSamples(0, samples), samples.size());
-  RandomTelemetry random(kSeed);
+  RandomRunState random(kSeed);
   for (std::uint64_t row = 0; row < samples.size(); ++row) ExpectEqual(samples[row], random.At(row));
 }
 
 TEST(Recording, IsNotOverwritten) {
   const Scratch scratch;
   const testing::DefaultSetup setup;
-  Recorder(scratch / "run", Attributes(setup), setup.contract).Finish(kEnd);
+  Recorder(scratch / "run", Attributes(setup), setup.signal_map).Finish(kEnd);
   try {
-    Recorder(scratch / "run", Attributes(setup), setup.contract);
+    Recorder(scratch / "run", Attributes(setup), setup.signal_map);
     FAIL() << "a second recording went into the same directory";
   } catch (const base::UsageError& error) {
     EXPECT_EQ(std::string(error.what()),
@@ -378,13 +379,13 @@ TEST(Recording, IsNotOverwritten) {
 TEST(Recording, HoldsWhatTheFramesCarry) {
   const Scratch scratch;
   const testing::DefaultSetup setup;
-  Recorder recorder(scratch / "run", Attributes(setup), setup.contract);
+  Recorder recorder(scratch / "run", Attributes(setup), setup.signal_map);
   // x3 = 4.00007 in goes out as a multiple of 0.0002 in.
-  simulation::Telemetry telemetry;
-  telemetry.sample.tick = 100;
-  telemetry.sample.state.x3_in = 4.00007;
-  telemetry.sample.state.v3_in_s = -1.5;
-  recorder.RecordSent(100, testing::kPosition, setup.contract.Encode(testing::kPosition, telemetry));
+  simulation::RunState run_state;
+  run_state.sample.tick = 100;
+  run_state.sample.state.x3_in = 4.00007;
+  run_state.sample.state.v3_in_s = -1.5;
+  recorder.RecordSent(100, testing::kPosition, setup.signal_map.Encode(testing::kPosition, run_state));
   recorder.Finish(kEnd);
   EXPECT_EQ(ReadColumn(scratch / "run", "published/SERVO_Position/tick"), std::vector{100.0});
   EXPECT_EQ(ReadColumn(scratch / "run", "published/SERVO_Position/X3"), std::vector{25'000 * 0.0002 - 1.0});
@@ -395,7 +396,7 @@ TEST(Recording, HoldsWhatTheFramesCarry) {
 TEST(Recording, LogsEveryFrameInOrderOfTime) {
   const Scratch scratch;
   const testing::DefaultSetup setup;
-  Recorder recorder(scratch / "run", Attributes(setup), setup.contract);
+  Recorder recorder(scratch / "run", Attributes(setup), setup.signal_map);
   can::Frame frame{.id = 0x123, .size = 4, .data = {0xDE, 0xAD, 0xBE, 0xEF}};
   frame.receive_time_ns = 1'436'509'052'249'713'999;
   recorder.RecordReceived(frame, 0);
@@ -426,13 +427,13 @@ TEST(Recording, TakesFromThreeThreadsAtOnce) {
   const testing::DefaultSetup setup;
   constexpr std::uint64_t kTicks = 100'000;
   constexpr std::uint64_t kFrames = 50'000;
-  Recorder recorder(scratch / "run", Attributes(setup), setup.contract);
+  Recorder recorder(scratch / "run", Attributes(setup), setup.signal_map);
   std::thread simulation([&] {
-    simulation::Telemetry telemetry;
+    simulation::RunState run_state;
     for (std::uint64_t tick = 1; tick <= kTicks; ++tick) {
-      if (tick % 10 == 0) recorder.RecordInfluence(CommandAt(tick, 30.0));
-      telemetry.sample.tick = tick;
-      recorder.RecordTick(telemetry);
+      if (tick % 10 == 0) recorder.RecordStimulus(CommandAt(tick, 30.0));
+      run_state.sample.tick = tick;
+      recorder.RecordTick(run_state);
     }
   });
   std::thread receiver([&] {
@@ -440,7 +441,7 @@ TEST(Recording, TakesFromThreeThreadsAtOnce) {
     for (std::uint64_t i = 0; i < kFrames; ++i) recorder.RecordReceived(frame, 0);
   });
   std::thread sender([&] {
-    const can::Frame frame = setup.contract.Encode(testing::kStatus, {});
+    const can::Frame frame = setup.signal_map.Encode(testing::kStatus, {});
     for (std::uint64_t i = 0; i < kFrames; ++i) recorder.RecordSent(i, testing::kStatus, frame);
   });
   simulation.join();
@@ -448,19 +449,19 @@ TEST(Recording, TakesFromThreeThreadsAtOnce) {
   sender.join();
   const RecordingReport report = recorder.Finish(kEnd);
   EXPECT_EQ(report.samples + report.samples_lost, kTicks);
-  EXPECT_EQ(report.influences + report.influences_lost, kTicks / 10);
+  EXPECT_EQ(report.stimuli + report.stimuli_lost, kTicks / 10);
   EXPECT_EQ(report.frames + report.frames_lost, 2 * kFrames);
-  EXPECT_EQ(report.complete, report.samples_lost + report.influences_lost + report.frames_lost == 0);
+  EXPECT_EQ(report.complete, report.samples_lost + report.stimuli_lost + report.frames_lost == 0);
   EXPECT_EQ(RecordingReader(scratch / "run").SampleCount(), report.samples);
 }
 
 TEST(Recording, AReaderThatLocksTheFileDoesNotDisturbTheWriter) {
   const Scratch scratch;
   const testing::DefaultSetup setup;
-  Recorder recorder(scratch / "run", Attributes(setup), setup.contract, kWaiting);
+  Recorder recorder(scratch / "run", Attributes(setup), setup.signal_map, kWaiting);
   const int reader = open((scratch / "run" / kRecordingFile).c_str(), O_RDONLY | O_CLOEXEC);
   ASSERT_EQ(flock(reader, LOCK_SH), 0);  // as HDF5 does while it opens
-  recorder.RecordTick(RandomTelemetry(8).At(1));
+  recorder.RecordTick(RandomRunState(8).At(1));
   const RecordingReport report = recorder.Finish(kEnd);
   close(reader);
   EXPECT_EQ(report.problem, "");
@@ -475,10 +476,10 @@ TEST(Recording, OfAKilledProcessIsReadable) {
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
-    Recorder recorder(scratch / "run", attributes, setup.contract, kWaiting);
-    RandomTelemetry random(6);
+    Recorder recorder(scratch / "run", attributes, setup.signal_map, kWaiting);
+    RandomRunState random(6);
     for (std::uint64_t tick = 1;; ++tick) {
-      recorder.RecordInfluence(CommandAt(tick, 30.0));
+      recorder.RecordStimulus(CommandAt(tick, 30.0));
       recorder.RecordTick(random.At(tick));
     }
   }
@@ -498,20 +499,20 @@ TEST(Recording, OfAKilledProcessIsReadable) {
   EXPECT_FALSE(reader.End());
   EXPECT_FALSE(reader.Complete());
   ASSERT_GE(reader.SampleCount(), while_written);
-  std::vector<simulation::Telemetry> samples(static_cast<std::size_t>(reader.SampleCount()));
+  std::vector<simulation::RunState> samples(static_cast<std::size_t>(reader.SampleCount()));
   ASSERT_EQ(reader.ReadSamples(0, samples), samples.size());
-  RandomTelemetry random(6);
+  RandomRunState random(6);
   for (std::uint64_t i = 0; i < samples.size(); ++i) ExpectEqual(samples[i], random.At(i + 1));
-  EXPECT_GE(reader.Influences().size(), samples.size()) << "a sample without the command that it used";
+  EXPECT_GE(reader.Stimuli().size(), samples.size()) << "a sample without the command that it used";
 }
 
 /// What RecordingReader says to this file.
 std::string ErrorOf(const fs::path& path) {
   try {
     const RecordingReader reader(path);
-    std::vector<simulation::Telemetry> samples(static_cast<std::size_t>(reader.SampleCount()));
+    std::vector<simulation::RunState> samples(static_cast<std::size_t>(reader.SampleCount()));
     reader.ReadSamples(0, samples);
-    reader.Influences();
+    reader.Stimuli();
   } catch (const base::UsageError& error) {
     return error.what();
   }
@@ -521,8 +522,8 @@ std::string ErrorOf(const fs::path& path) {
 class RecordingReaderErrors : public ::testing::Test {
  protected:
   RecordingReaderErrors() {
-    Recorder recorder(directory_, Attributes(setup_), setup_.contract, kWaiting);
-    RandomTelemetry random(7);
+    Recorder recorder(directory_, Attributes(setup_), setup_.signal_map, kWaiting);
+    RandomRunState random(7);
     for (std::uint64_t tick = 1; tick <= 10'000; ++tick) recorder.RecordTick(random.At(tick));
     recorder.Finish(kEnd);
   }
@@ -570,7 +571,7 @@ TEST_F(RecordingReaderErrors, AnOlderRecordingLacksWhatWasAddedLater) {
   });
   EXPECT_EQ(ErrorOf(directory_), "no error");
   const RecordingReader reader(directory_);
-  std::vector<simulation::Telemetry> samples(1);
+  std::vector<simulation::RunState> samples(1);
   samples[0].status.safety_cause = simulation::SafetyCause::kNone;
   EXPECT_EQ(reader.ReadSamples(0, samples), 1U);
   EXPECT_EQ(samples[0].status.safety_cause, simulation::SafetyCause::kNone) << "the default";
@@ -627,9 +628,9 @@ TEST_F(RecordingReaderErrors, NoFlippedBitGoesUnnoticed) {
       continue;
     }
     const RecordingReader reader(copy);
-    std::vector<simulation::Telemetry> samples(static_cast<std::size_t>(reader.SampleCount()));
+    std::vector<simulation::RunState> samples(static_cast<std::size_t>(reader.SampleCount()));
     reader.ReadSamples(0, samples);
-    RandomTelemetry expected(7);
+    RandomRunState expected(7);
     for (std::uint64_t row = 0; row < samples.size(); ++row) ExpectEqual(samples[row], expected.At(row + 1));
     ASSERT_FALSE(HasFailure()) << "bit at " << place;
   }

@@ -5,7 +5,7 @@
 
 #include "base/error.hpp"
 #include "configuration/rest.hpp"
-#include "support/contract_files.hpp"
+#include "support/signal_map_files.hpp"
 
 namespace servohil::run {
 namespace {
@@ -16,9 +16,9 @@ const std::string kDbc =
     "BO_ 256 Gov: 8 GOV\n SG_ P1 : 0|16@1+ (0.01,0) [0|300] \"psi\" X\n SG_ On : 16|1@1+ (1,0) [0|1] \"\" X\n SG_ Trip : "
     "17|1@1+ (1,0) [0|1] \"\" X\n SG_ Counter : 52|4@1+ (1,0) [0|15] \"\" X\n SG_ Checksum : 56|8@1+ (1,0) [0|255] \"\" X\n";
 
-signal_map::Contract Bind(const std::string& keys) {
-  return testing::ContractFiles("[can.command]\np1 = \"Gov.P1\"\n" + keys + testing::kNothingPublished,
-                                {kDbc})
+signal_map::SignalMap Bind(const std::string& keys) {
+  return testing::SignalMapFiles("[can.command]\np1 = \"Gov.P1\"\n" + keys + testing::kNothingPublished,
+                                 {kDbc})
       .Bind();
 }
 
@@ -42,22 +42,22 @@ std::string ErrorOf(Call call) {
 }
 
 TEST(LogReplay, TheOnlyInterfaceOfTheGovernorIsTaken) {
-  const signal_map::Contract contract = Bind("");
+  const signal_map::SignalMap signal_map = Bind("");
   const std::vector<LoggedFrame> frames = {At(1, 0, "can0"), At(2, 1, "can1", 0x700), At(3, 2, "can0")};
-  EXPECT_EQ(FramesOfInterface(frames, "", contract, "x.log").size(), 2U);
-  EXPECT_EQ(FramesOfInterface(frames, "can1", contract, "x.log").size(), 1U);
-  EXPECT_EQ(ErrorOf([&] { FramesOfInterface(frames, "vcan0", contract, "x.log"); }),
+  EXPECT_EQ(FramesOfInterface(frames, "", signal_map, "x.log").size(), 2U);
+  EXPECT_EQ(FramesOfInterface(frames, "can1", signal_map, "x.log").size(), 1U);
+  EXPECT_EQ(ErrorOf([&] { FramesOfInterface(frames, "vcan0", signal_map, "x.log"); }),
             "x.log: there is no frame of interface vcan0; there are can0 (2 frames), can1 (1 frames)");
 }
 
 TEST(LogReplay, TwoInterfacesWithTheGovernorsMessagesAreRefused) {
-  const signal_map::Contract contract = Bind("");
+  const signal_map::SignalMap signal_map = Bind("");
   const std::vector<LoggedFrame> frames = {At(1, 0, "can0"), At(2, 1, "can1"), At(3, 2, "can0")};
   EXPECT_EQ(
-      ErrorOf([&] { FramesOfInterface(frames, "", contract, "x.log"); }),
+      ErrorOf([&] { FramesOfInterface(frames, "", signal_map, "x.log"); }),
       "x.log: messages of the governor come from several interfaces: can0 (2 frames), can1 (1 frames); choose one "
       "with --interface");
-  EXPECT_EQ(FramesOfInterface(frames, "can0", contract, "x.log").size(), 2U);
+  EXPECT_EQ(FramesOfInterface(frames, "can0", signal_map, "x.log").size(), 2U);
 }
 
 TEST(LogReplay, TicksAreThoseOfTheTimeStamps) {
@@ -89,9 +89,10 @@ TEST(LogReplay, ATimeStampAheadOrAClockThatWasSetIsNamed) {
 /// A log as long as its frames, run with the rules of a configuration.
 class Replayed {
  public:
-  Replayed(const std::string& keys, const std::vector<FrameAfter>& frames) : contract_(Bind(keys)) {
+  Replayed(const std::string& keys, const std::vector<FrameAfter>& frames) : signal_map_(Bind(keys)) {
     const configuration::Configuration configuration =
-        testing::ContractFiles("[can.command]\np1 = \"Gov.P1\"\n" + keys + testing::kNothingPublished, {kDbc})
+        testing::SignalMapFiles("[can.command]\np1 = \"Gov.P1\"\n" + keys + testing::kNothingPublished,
+                                {kDbc})
             .Load();
     const configuration::SafetySettings safety = configuration::Resolved(configuration.safety, 10);
     emulator::TaskOptions options;
@@ -100,18 +101,19 @@ class Replayed {
     const model::Derived derived(configuration.model);
     task_ = std::make_unique<emulator::SimulationTask>(
         configuration.model, configuration::RequireSteadyStateAt(derived, 4.0), options);
-    receiver_ = std::make_unique<emulator::Receiver>(contract_, emulator::GuardOf(contract_, safety, 10, 1),
-                                                     *task_, nullptr, 1, emulator::FrameClock::kSimulated);
+    receiver_ =
+        std::make_unique<emulator::Receiver>(signal_map_, emulator::ValidatorOf(signal_map_, safety, 10, 1),
+                                             *task_, nullptr, 1, emulator::FrameClock::kSimulated);
     RunLog(*task_, *receiver_, frames, [] { return true; });
   }
 
-  const simulation::Telemetry& End() const { return task_->Now(); }
+  const simulation::RunState& End() const { return task_->Now(); }
   std::uint64_t Count(V verdict) const { return receiver_->Counters().Of(verdict); }
   std::string Text() const { return DescribeReceived(receiver_->Counters()); }
-  const signal_map::Contract& Frames() const { return contract_; }
+  const signal_map::SignalMap& Frames() const { return signal_map_; }
 
  private:
-  signal_map::Contract contract_;
+  signal_map::SignalMap signal_map_;
   std::unique_ptr<emulator::SimulationTask> task_;
   std::unique_ptr<emulator::Receiver> receiver_;
 };

@@ -45,7 +45,7 @@ Finding Judge(const Expectation& expectation, const Course& run) {
   scenario.duration_ticks = 4'000;
   scenario.expectations = {expectation};
   Evaluation evaluation(scenario);
-  simulation::Telemetry now;
+  simulation::RunState now;
   for (std::uint64_t tick = run.first_tick; tick <= run.last_tick; ++tick) {
     now.sample.tick = tick;
     now.status.commanded = tick >= run.commanded_from;

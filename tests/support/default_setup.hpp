@@ -3,7 +3,7 @@
 
 #include "configuration/configuration.hpp"
 #include "emulator/simulation_task.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 #include "support/paths.hpp"
 
 namespace servohil::testing {
@@ -18,20 +18,20 @@ struct DefaultSetup {
       : configuration(configuration::LoadConfiguration(kConfigurationFile, settings)),
         derived(configuration.model),
         start(model::SteadyStateAt(derived, configuration.start_x3_in)),
-        contract(configuration) {}
+        signal_map(configuration) {}
 
   emulator::TaskOptions Options() const {
     emulator::TaskOptions options;
     options.loop = configuration.loop;
-    options.cycle_ticks = contract.Cycles();
-    options.tell_lateness = contract.MessagesCarrying("recent_lateness_ms");
+    options.cycle_ticks = signal_map.Cycles();
+    options.tell_lateness = signal_map.MessagesCarrying("recent_lateness_ms");
     return options;
   }
 
   configuration::Configuration configuration;
   model::Derived derived;
   model::SteadyState start;
-  signal_map::Contract contract;
+  signal_map::SignalMap signal_map;
 };
 
 /// A governor whose frames are all valid.

@@ -30,9 +30,9 @@ std::string Suggestion(const Items& items, std::string_view wrong) {
   if (!nearest.empty()) return "; the nearest is '" + nearest + "'";
   if (names.empty()) return "; there are none";
   std::string list = "; there are " + std::to_string(names.size()) + ":";
-  constexpr std::size_t kMostListed = 6;
-  for (std::size_t i = 0; i < std::min(names.size(), kMostListed); ++i) list += " " + names[i];
-  return names.size() > kMostListed ? list + " ..." : list;
+  constexpr std::size_t kMaxListed = 6;
+  for (std::size_t i = 0; i < std::min(names.size(), kMaxListed); ++i) list += " " + names[i];
+  return names.size() > kMaxListed ? list + " ..." : list;
 }
 
 /// By its byte order mark, or each second byte of the first letters being 0.

@@ -77,7 +77,7 @@ double DbcAttributes::NumberOf(const std::string& attribute, std::uint32_t raw_i
 }
 
 std::string DbcAttributes::FrameFormatOf(std::uint32_t raw_id) const {
-  const std::string text = ValueOf("VFrameFormat", raw_id, "");
+  std::string text = ValueOf("VFrameFormat", raw_id, "");
   const std::optional<double> number = NumberIn(text);  // where the attribute is an INT: Vector's numbers
   if (number == 3.0) return "J1939PG";
   if (number == 14.0) return "StandardCAN_FD";

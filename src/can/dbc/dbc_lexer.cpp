@@ -70,8 +70,8 @@ std::string ToUtf8(std::string_view text) {
 }
 
 std::string Describe(const Token& token) {
-  constexpr std::size_t kMostShown = 30;
-  std::string shown = token.text.substr(0, kMostShown);
+  constexpr std::size_t kMaxShown = 30;
+  std::string shown = token.text.substr(0, kMaxShown);
   shown = shown.substr(0, shown.find_first_of("\r\n"));
   if (shown.size() < token.text.size()) shown += "...";
   switch (token.kind) {

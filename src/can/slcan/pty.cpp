@@ -66,10 +66,10 @@ std::string Pty::TakeBackUnread() const {
   if (!slave) return {};
   // A read that finds the line buffer empty first waits until the kernel has moved what it can from the queue
   // behind it: nothing to read means nothing there.
-  constexpr int kMostReads = 64;  // of 4095 bytes; a terminal holds at most 17 of them
+  constexpr int kMaxReads = 64;  // of 4095 bytes; a terminal holds at most 17 of them
   std::string unread;
   std::array<char, 4096> buffer{};
-  for (int i = 0; i < kMostReads; ++i) {
+  for (int i = 0; i < kMaxReads; ++i) {
     const ssize_t size = ::read(slave.Get(), buffer.data(), buffer.size());
     if (size <= 0) break;
     unread.append(buffer.data(), static_cast<std::size_t>(size));

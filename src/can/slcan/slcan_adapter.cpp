@@ -82,8 +82,8 @@ std::optional<Frame> SlcanAdapter::NextBufferedFrame() {
 }
 
 std::optional<Frame> SlcanAdapter::Receive() noexcept {
-  constexpr int kMostReads = 16;  // a client that pours out commands does not keep the caller here
-  for (int i = 0; i < kMostReads; ++i) {
+  constexpr int kMaxReads = 16;  // a client that pours out commands does not keep the caller here
+  for (int i = 0; i < kMaxReads; ++i) {
     if (const std::optional<Frame> frame = NextBufferedFrame()) return frame;
     const std::ptrdiff_t size = pty_.Read(input_);
     if (size < 0) {

@@ -164,8 +164,8 @@ std::optional<Frame> SlcanSerial::NextBufferedFrame() noexcept {
 
 std::optional<Frame> SlcanSerial::Receive() noexcept {
   if (gone_ && !Reopen()) return std::nullopt;
-  constexpr int kMostReads = 16;  // a babbling device does not keep the caller here
-  for (int i = 0; i < kMostReads && !gone_; ++i) {
+  constexpr int kMaxReads = 16;  // a babbling device does not keep the caller here
+  for (int i = 0; i < kMaxReads && !gone_; ++i) {
     if (const std::optional<Frame> frame = NextBufferedFrame()) return frame;
     ssize_t size = 0;
     do {

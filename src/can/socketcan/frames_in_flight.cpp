@@ -27,7 +27,7 @@ bool FramesInFlight::AreStuck(int socket) noexcept {
   frame_bytes_ = frame_bytes_ == 0 ? held : std::min(frame_bytes_, held);
   const std::size_t frames = std::clamp<std::size_t>(held / frame_bytes_, 1, kMost);
   const std::int64_t oldest_ns = sent_ns_[(next_ + kMost - frames) % kMost];
-  return MonotonicNs() - oldest_ns > kMostAgeNs;
+  return MonotonicNs() - oldest_ns > kMaxAgeNs;
 }
 
 void FramesInFlight::AddOne() noexcept {

@@ -11,14 +11,14 @@ namespace servohil::can {
 /// One thread.
 class FramesInFlight {
  public:
-  /// The oldest waits for longer than kMostAgeNs: another one would only become old behind it. As the kernel
+  /// The oldest waits for longer than kMaxAgeNs: another one would only become old behind it. As the kernel
   /// accounts for the socket's memory; where it does not tell, none is ever stuck.
   bool AreStuck(int socket) noexcept;
   /// One more has been accepted, now.
   void AddOne() noexcept;
 
   /// What governors may take for the present: two cycles of the fastest message that is usual.
-  static constexpr std::int64_t kMostAgeNs = 20'000'000;
+  static constexpr std::int64_t kMaxAgeNs = 20'000'000;
 
  private:
   static constexpr std::size_t kMost =

@@ -166,13 +166,13 @@ std::string ConfigureCommands(const std::string& name, const LinkSettings& setti
 std::string BitTimingMismatch(const std::string& name, const Controller& told, const LinkSettings& wanted) {
   const std::string nearest = ": the nearest that the controller of " + name + " can do";
   const double rate = wanted.bit_rate_bit_s;
-  if (told.bit_rate_bit_s != 0 && std::abs(told.bit_rate_bit_s - rate) > kMostBitRateError * rate) {
+  if (told.bit_rate_bit_s != 0 && std::abs(told.bit_rate_bit_s - rate) > kMaxBitRateError * rate) {
     return "can.bit_rate_bit_s = " + std::to_string(wanted.bit_rate_bit_s) + nearest + " is " +
            std::to_string(told.bit_rate_bit_s) + ClockText(told);
   }
   constexpr double kRounding = 1e-6;
   if (told.sample_point > 0.0 && wanted.sample_point > 0.0 &&
-      std::abs(told.sample_point - wanted.sample_point) > kMostSamplePointError + kRounding) {
+      std::abs(told.sample_point - wanted.sample_point) > kMaxSamplePointError + kRounding) {
     return "can.sample_point = " + Fixed(wanted.sample_point) + nearest + " at " +
            std::to_string(told.bit_rate_bit_s) + " bit/s is " + Fixed(told.sample_point) + ClockText(told) +
            "; set that if it suits the other nodes";

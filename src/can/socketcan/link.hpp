@@ -42,8 +42,8 @@ std::string ConfigureCommands(const std::string& name, const LinkSettings& setti
 
 /// How far from what was wanted a controller may be that cannot do just that. CAN 2.0 leaves 1.58 % at best
 /// to all that makes two nodes differ; CiA 301 wants the sample point of 0.875 between 0.85 and 0.9.
-inline constexpr double kMostBitRateError = 0.005;
-inline constexpr double kMostSamplePointError = 0.025;
+inline constexpr double kMaxBitRateError = 0.005;
+inline constexpr double kMaxSamplePointError = 0.025;
 
 /// What is wrong with a bit timing: the kernel takes the nearest that the controller's clock divides to, and
 /// only refuses what is 5 % off. Empty: nothing.

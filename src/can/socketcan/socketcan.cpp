@@ -100,8 +100,8 @@ std::string SocketCan::State() const {
 std::optional<Frame> SocketCan::Receive() noexcept {
   if (removed_ && !Attach(socket_.Get(), interface_, filters_)) return std::nullopt;
   removed_ = false;
-  constexpr int kMostSkipped = 64;  // a flood of what is no frame does not keep the caller here
-  for (int skipped = 0; skipped < kMostSkipped; ++skipped) {
+  constexpr int kMaxSkipped = 64;  // a flood of what is no frame does not keep the caller here
+  for (int skipped = 0; skipped < kMaxSkipped; ++skipped) {
     canfd_frame kernel{};
     iovec data{&kernel, sizeof kernel};
     alignas(cmsghdr) std::array<char, 128> control_bytes{};

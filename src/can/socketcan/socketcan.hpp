@@ -32,7 +32,7 @@ bool Attach(int socket, const std::string& interface, const std::vector<can_filt
 /// Survives the interface being taken down and up, and (an adapter plugged out and in) removed and made anew.
 ///
 /// Sends nothing while frames are stuck in the transmit queue or the controller: what is sent after an outage
-/// is never older than kMostAgeNs before its begin.
+/// is never older than kMaxAgeNs before its begin.
 class SocketCan final : public Bus {
  public:
   /// @throws EnvironmentError

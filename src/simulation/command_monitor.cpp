@@ -1,4 +1,4 @@
-#include "simulation/supervisor.hpp"
+#include "simulation/command_monitor.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -29,7 +29,7 @@ SafetyLaw LawOf(const configuration::SafetySettings& settings) noexcept {
           static_cast<std::uint64_t>(settings.recover_after)};
 }
 
-bool Supervisor::Hear(const Command& newest, bool fresh_enough) noexcept {
+bool CommandMonitor::Hear(const Command& newest, bool fresh_enough) noexcept {
   const bool valid = fresh_enough && newest.counts.Valid() > heard_.counts.Valid();
   heard_ = newest;
   if (!valid) return false;
@@ -39,7 +39,7 @@ bool Supervisor::Hear(const Command& newest, bool fresh_enough) noexcept {
   return true;
 }
 
-std::optional<Supervisor::Decision> Supervisor::Decide(bool counts) noexcept {
+std::optional<CommandMonitor::Decision> CommandMonitor::Decide(bool counts) noexcept {
   const bool fresh = std::exchange(fresh_, false);
   const bool trips = heard_.trips > std::exchange(trips_seen_, heard_.trips);
   // However short: what a later frame of the same tick says takes nothing from it.
@@ -59,13 +59,14 @@ std::optional<Supervisor::Decision> Supervisor::Decide(bool counts) noexcept {
   }
 }
 
-std::optional<Supervisor::Decision> Supervisor::WhileWaiting(bool fresh, bool trips) const noexcept {
+std::optional<CommandMonitor::Decision> CommandMonitor::WhileWaiting(bool fresh, bool trips) const noexcept {
   if (trips) return Decision{SafetyState::kTripped, SafetyCause::kTrip};
   if (fresh && heard_.enabled) return Decision{SafetyState::kRunning, SafetyCause::kCommand};
   return std::nullopt;
 }
 
-std::optional<Supervisor::Decision> Supervisor::WhileRunning(bool trips, bool disabled) const noexcept {
+std::optional<CommandMonitor::Decision> CommandMonitor::WhileRunning(bool trips,
+                                                                     bool disabled) const noexcept {
   if (trips) return Decision{SafetyState::kTripped, SafetyCause::kTrip};
   if (!now_.governed) return std::nullopt;
   if (disabled) return Decision{SafetyState::kDegraded, SafetyCause::kDisabled};
@@ -75,7 +76,7 @@ std::optional<Supervisor::Decision> Supervisor::WhileRunning(bool trips, bool di
 }
 
 /// Valid frames in a row lead on; a pause or a trip begins their count anew.
-std::optional<Supervisor::Decision> Supervisor::WhileStopped(bool trips) noexcept {
+std::optional<CommandMonitor::Decision> CommandMonitor::WhileStopped(bool trips) noexcept {
   if (trips && now_.state == SafetyState::kDegraded)
     return Decision{SafetyState::kTripped, SafetyCause::kTrip};
   if (trips || IsSilent()) good_at_begin_ = heard_.good;
@@ -83,16 +84,16 @@ std::optional<Supervisor::Decision> Supervisor::WhileStopped(bool trips) noexcep
   return Decision{SafetyState::kRunning, SafetyCause::kRecovered};
 }
 
-bool Supervisor::IsSilent() const noexcept {
+bool CommandMonitor::IsSilent() const noexcept {
   return law_.timeout_ticks != 0 && now_.silent_ticks >= law_.timeout_ticks;
 }
 
-void Supervisor::SetDemand(double p1_psi) noexcept {
+void CommandMonitor::SetDemand(double p1_psi) noexcept {
   now_.demand_psi = p1_psi;
   now_.governed = true;
 }
 
-void Supervisor::Change(const Decision& decision) noexcept {
+void CommandMonitor::Change(const Decision& decision) noexcept {
   if (now_.state == SafetyState::kFaulted) return;
   if (decision.to == SafetyState::kDegraded) ++now_.losses;
   if (decision.to == SafetyState::kTripped) ++now_.trips;
@@ -101,7 +102,7 @@ void Supervisor::Change(const Decision& decision) noexcept {
   good_at_begin_ = heard_.good;
 }
 
-bool Supervisor::TakeLocal(double p1_psi) noexcept {
+bool CommandMonitor::TakeLocal(double p1_psi) noexcept {
   if (now_.state == SafetyState::kTripped || now_.state == SafetyState::kFaulted) return false;
   now_.demand_psi = p1_psi;
   now_.governed = false;
@@ -109,12 +110,12 @@ bool Supervisor::TakeLocal(double p1_psi) noexcept {
   return true;
 }
 
-bool Supervisor::Rests() const noexcept {
+bool CommandMonitor::Rests() const noexcept {
   return now_.state == SafetyState::kWaiting ||
          (now_.state == SafetyState::kDegraded && law_.on_loss == configuration::OnLoss::kFreeze);
 }
 
-double Supervisor::P1(double p1_psi) const noexcept {
+double CommandMonitor::P1(double p1_psi) const noexcept {
   switch (now_.state) {
     case SafetyState::kRunning:
       return now_.demand_psi;

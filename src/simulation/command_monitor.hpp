@@ -16,8 +16,8 @@
 #include <optional>
 
 #include "configuration/safety_settings.hpp"
+#include "simulation/run_state.hpp"
 #include "simulation/safety.hpp"
-#include "simulation/telemetry.hpp"
 
 namespace servohil::simulation {
 
@@ -33,7 +33,7 @@ struct SafetyLaw {
 SafetyLaw LawOf(const configuration::SafetySettings& settings) noexcept;
 
 /// All that the future of a supervision depends on besides law and inputs. Trivially copyable.
-struct SupervisorState {
+struct CommandMonitorState {
   SafetyState state = SafetyState::kWaiting;
   SafetyCause cause = SafetyCause::kNone;
   double demand_psi = 0.0;         ///< newest valid command
@@ -44,12 +44,12 @@ struct SupervisorState {
 };
 
 /// The thread that runs the ticks; real-time safe.
-class Supervisor {
+class CommandMonitor {
  public:
-  explicit Supervisor(const SafetyLaw& law) noexcept : law_(law) {}
+  explicit CommandMonitor(const SafetyLaw& law) noexcept : law_(law) {}
 
-  const SupervisorState& Now() const noexcept { return now_; }
-  void Restore(const SupervisorState& state) noexcept { now_ = state; }
+  const CommandMonitorState& Now() const noexcept { return now_; }
+  void Restore(const CommandMonitorState& state) noexcept { now_ = state; }
 
   /// The newest that the receiver knows. @param fresh_enough  false: too old to be followed
   /// @return whether it brings a valid command: SetDemand() is then to follow
@@ -82,7 +82,7 @@ class Supervisor {
   bool IsSilent() const noexcept;
 
   SafetyLaw law_;
-  SupervisorState now_;
+  CommandMonitorState now_;
   // Of this process' frames; a replay has none.
   Command heard_;
   bool fresh_ = false;  ///< a valid frame since the tick before

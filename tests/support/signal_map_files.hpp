@@ -1,5 +1,5 @@
 #pragma once
-/// A contract from texts: "x.toml" and "x.dbc", "y.dbc" in a directory of their own.
+/// A signal_map from texts: "x.toml" and "x.dbc", "y.dbc" in a directory of their own.
 
 #include <fstream>
 #include <string>
@@ -7,7 +7,7 @@
 
 #include "base/error.hpp"
 #include "scratch.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 #include "support/paths.hpp"
 
 namespace servohil::testing {
@@ -16,10 +16,10 @@ namespace servohil::testing {
 inline const std::string kNothingPublished =
     "[publish]\nbus_ms = 0\nsafety_ms = 0\nposition_ms = 0\npressures_ms = 0\nrelay_ms = 0\nstatus_ms = 0\n";
 
-class ContractFiles {
+class SignalMapFiles {
  public:
   /// `toml` follows the lines that name load table and DBC files: it begins at line 6.
-  explicit ContractFiles(const std::string& toml, const std::vector<std::string>& dbcs) {
+  explicit SignalMapFiles(const std::string& toml, const std::vector<std::string>& dbcs) {
     std::string names;
     for (std::size_t i = 0; i < dbcs.size(); ++i) {
       const std::string name(1, static_cast<char>('x' + i));
@@ -34,7 +34,7 @@ class ContractFiles {
   configuration::Configuration Load() const {
     return configuration::LoadConfiguration(scratch_ / "x.toml", {});
   }
-  signal_map::Contract Bind() const { return signal_map::Contract(Load()); }
+  signal_map::SignalMap Bind() const { return signal_map::SignalMap(Load()); }
 
   /// The one line that loading gives, without the directory.
   std::string Error() const {

@@ -70,8 +70,8 @@ struct Status {
   bool TimingValid() const noexcept { return late.Total() == 0; }
 };
 
-/// Messages that the emulator publishes, as numbers: the contract has their list.
-inline constexpr std::size_t kMostMessages = 32;
+/// Messages that the emulator publishes, as numbers: the signal_map has their list.
+inline constexpr std::size_t kMaxMessages = 32;
 /// Some of them: bit i is message i.
 using MessageSet = std::uint32_t;
 inline constexpr MessageSet SetOf(std::size_t message) noexcept {
@@ -81,7 +81,7 @@ inline constexpr bool Has(MessageSet set, std::size_t message) noexcept {
   return (set >> message & 1U) != 0;
 }
 
-struct Telemetry {
+struct RunState {
   Sample sample;
   Status status;
   model::Outputs outputs{};  ///< at a tick where something is due, and after the last of a run of ticks

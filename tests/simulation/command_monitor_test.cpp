@@ -1,4 +1,4 @@
-#include "simulation/supervisor.hpp"
+#include "simulation/command_monitor.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ using Cause = SafetyCause;
 class Bench {
  public:
   explicit Bench(configuration::SafetySettings settings = {})
-      : supervisor_(LawOf(configuration::Resolved(settings, 10))) {}
+      : monitor_(LawOf(configuration::Resolved(settings, 10))) {}
 
   void Valid(double p1_psi, bool enabled = true, bool trip = false) {
     command_.p1_psi = p1_psi;
@@ -36,12 +36,12 @@ class Bench {
   int Ticks(int count, bool counts = true, bool fresh_enough = true) {
     int changed_at = 0;
     for (int i = 1; i <= count; ++i) {
-      if (supervisor_.Hear(command_, fresh_enough)) supervisor_.SetDemand(command_.p1_psi);
-      if (const auto decision = supervisor_.Decide(counts)) {
-        supervisor_.Change(*decision);
+      if (monitor_.Hear(command_, fresh_enough)) monitor_.SetDemand(command_.p1_psi);
+      if (const auto decision = monitor_.Decide(counts)) {
+        monitor_.Change(*decision);
         if (changed_at == 0) changed_at = i;
       }
-      if (!supervisor_.Rests()) p1_psi_ = supervisor_.P1(p1_psi_);
+      if (!monitor_.Rests()) p1_psi_ = monitor_.P1(p1_psi_);
     }
     return changed_at;
   }
@@ -50,18 +50,18 @@ class Bench {
     Ticks(100);
   }
 
-  S State() const { return supervisor_.Now().state; }
-  Cause Why() const { return supervisor_.Now().cause; }
+  S State() const { return monitor_.Now().state; }
+  Cause Why() const { return monitor_.Now().cause; }
   double P1() const { return p1_psi_; }
-  Supervisor& Get() { return supervisor_; }
+  CommandMonitor& Get() { return monitor_; }
 
  private:
-  Supervisor supervisor_;
+  CommandMonitor monitor_;
   Command command_;
   double p1_psi_ = 30.0;
 };
 
-TEST(Supervisor, WaitsForTheFirstValidFrame) {
+TEST(CommandMonitor, WaitsForTheFirstValidFrame) {
   Bench bench;
   bench.Invalid();
   bench.Ticks(10'000);
@@ -74,7 +74,7 @@ TEST(Supervisor, WaitsForTheFirstValidFrame) {
   EXPECT_EQ(bench.P1(), 31.0);
 }
 
-TEST(Supervisor, IsLostAfterThreeCyclesOfSilenceToTheTick) {
+TEST(CommandMonitor, IsLostAfterThreeCyclesOfSilenceToTheTick) {
   Bench bench;
   bench.Valid(31.0);
   bench.Ticks(1);
@@ -84,7 +84,7 @@ TEST(Supervisor, IsLostAfterThreeCyclesOfSilenceToTheTick) {
   EXPECT_EQ(bench.Why(), Cause::kSilence);
 }
 
-TEST(Supervisor, FramesThatAreNotValidDoNotEndTheSilenceButNameTheCause) {
+TEST(CommandMonitor, FramesThatAreNotValidDoNotEndTheSilenceButNameTheCause) {
   Bench bench;
   bench.Frame(31.0);
   for (int i = 0; i < 2; ++i) {
@@ -96,7 +96,7 @@ TEST(Supervisor, FramesThatAreNotValidDoNotEndTheSilenceButNameTheCause) {
   EXPECT_EQ(bench.Why(), Cause::kInvalidFrames);
 }
 
-TEST(Supervisor, ATimeOutOfZeroIsNone) {
+TEST(CommandMonitor, ATimeOutOfZeroIsNone) {
   configuration::SafetySettings settings;
   settings.timeout_ms = 0;
   Bench bench(settings);
@@ -105,7 +105,7 @@ TEST(Supervisor, ATimeOutOfZeroIsNone) {
   EXPECT_EQ(bench.P1(), 31.0);
 }
 
-TEST(Supervisor, TheEmulatorsOwnLatenessIsNobodysSilence) {
+TEST(CommandMonitor, TheEmulatorsOwnLatenessIsNobodysSilence) {
   Bench bench;
   bench.Frame(31.0);
   EXPECT_EQ(bench.Ticks(100'000, false), 0) << "caught up";
@@ -113,7 +113,7 @@ TEST(Supervisor, TheEmulatorsOwnLatenessIsNobodysSilence) {
   EXPECT_EQ(bench.Ticks(2), 2);
 }
 
-TEST(Supervisor, DrainFollowsItsTimeConstantToZero) {
+TEST(CommandMonitor, DrainFollowsItsTimeConstantToZero) {
   configuration::SafetySettings settings;
   settings.drain_time_constant_s = 0.2;
   Bench bench(settings);
@@ -127,7 +127,7 @@ TEST(Supervisor, DrainFollowsItsTimeConstantToZero) {
   EXPECT_EQ(bench.P1(), 0.0) << "below 0.001 psi, after 11.5 time constants";
 }
 
-TEST(Supervisor, ATimeConstantOfZeroDrainsAtOnce) {
+TEST(CommandMonitor, ATimeConstantOfZeroDrainsAtOnce) {
   configuration::SafetySettings settings;
   settings.drain_time_constant_s = 0.0;
   Bench bench(settings);
@@ -137,7 +137,7 @@ TEST(Supervisor, ATimeConstantOfZeroDrainsAtOnce) {
   EXPECT_EQ(bench.P1(), 0.0);
 }
 
-TEST(Supervisor, HoldKeepsP1AndFreezeTheModel) {
+TEST(CommandMonitor, HoldKeepsP1AndFreezeTheModel) {
   for (const configuration::OnLoss on_loss : {configuration::OnLoss::kHold, configuration::OnLoss::kFreeze}) {
     configuration::SafetySettings settings;
     settings.on_loss = on_loss;
@@ -152,7 +152,7 @@ TEST(Supervisor, HoldKeepsP1AndFreezeTheModel) {
   }
 }
 
-TEST(Supervisor, RecoversAfterSoManyValidFramesInARow) {
+TEST(CommandMonitor, RecoversAfterSoManyValidFramesInARow) {
   Bench bench;
   bench.Frame(31.0);
   bench.Ticks(300);
@@ -171,7 +171,7 @@ TEST(Supervisor, RecoversAfterSoManyValidFramesInARow) {
   EXPECT_EQ(bench.P1(), 31.4);
 }
 
-TEST(Supervisor, APauseBeginsTheCountForRecoveryAnew) {
+TEST(CommandMonitor, APauseBeginsTheCountForRecoveryAnew) {
   Bench bench;
   bench.Frame(31.0);
   bench.Ticks(300);
@@ -186,7 +186,7 @@ TEST(Supervisor, APauseBeginsTheCountForRecoveryAnew) {
 }
 
 /// The mailbox holds only the newest: frames that came between two ticks count all the same.
-TEST(Supervisor, FramesThatCameWithinOneTickCountEach) {
+TEST(CommandMonitor, FramesThatCameWithinOneTickCountEach) {
   Bench bench;
   bench.Frame(31.0);
   bench.Ticks(300);
@@ -197,7 +197,7 @@ TEST(Supervisor, FramesThatCameWithinOneTickCountEach) {
   EXPECT_EQ(bench.P1(), 31.2);
 }
 
-TEST(Supervisor, AFrameThatHasBecomeTooOldIsNotFollowed) {
+TEST(CommandMonitor, AFrameThatHasBecomeTooOldIsNotFollowed) {
   Bench bench;
   bench.Frame(31.0);
   bench.Valid(99.0);
@@ -206,7 +206,7 @@ TEST(Supervisor, AFrameThatHasBecomeTooOldIsNotFollowed) {
   EXPECT_EQ(bench.Ticks(100), 51) << "nor does it end the silence";
 }
 
-TEST(Supervisor, WithoutEnableTheCommandIsNotFollowed) {
+TEST(CommandMonitor, WithoutEnableTheCommandIsNotFollowed) {
   Bench bench;
   bench.Valid(31.0, false);
   bench.Ticks(100);
@@ -222,7 +222,7 @@ TEST(Supervisor, WithoutEnableTheCommandIsNotFollowed) {
   EXPECT_EQ(bench.State(), S::kRunning);
 }
 
-TEST(Supervisor, ATripDrainsAtOnceFromEveryStateAndLastsUntilValidFramesWithout) {
+TEST(CommandMonitor, ATripDrainsAtOnceFromEveryStateAndLastsUntilValidFramesWithout) {
   for (const S before : {S::kWaiting, S::kRunning, S::kDegraded}) {
     Bench bench;
     if (before != S::kWaiting) bench.Frame(30.0);
@@ -250,7 +250,7 @@ TEST(Supervisor, ATripDrainsAtOnceFromEveryStateAndLastsUntilValidFramesWithout)
   }
 }
 
-TEST(Supervisor, ATripThatOnlyOneOfSeveralFramesInATickCarriesCounts) {
+TEST(CommandMonitor, ATripThatOnlyOneOfSeveralFramesInATickCarriesCounts) {
   Bench bench;
   bench.Frame(30.0);
   bench.Valid(30.0, true, true);
@@ -259,7 +259,7 @@ TEST(Supervisor, ATripThatOnlyOneOfSeveralFramesInATickCarriesCounts) {
   EXPECT_EQ(bench.State(), S::kTripped);
 }
 
-TEST(Supervisor, P1SetLocallyIsFollowedForEverUntilTheGovernorsNextFrame) {
+TEST(CommandMonitor, P1SetLocallyIsFollowedForEverUntilTheGovernorsNextFrame) {
   Bench bench;
   EXPECT_TRUE(bench.Get().TakeLocal(40.0));
   EXPECT_EQ(bench.Ticks(1'000'000), 0);
@@ -275,7 +275,7 @@ TEST(Supervisor, P1SetLocallyIsFollowedForEverUntilTheGovernorsNextFrame) {
   EXPECT_EQ(bench.P1(), 41.0);
 }
 
-TEST(Supervisor, NobodySetsP1LocallyInATrip) {
+TEST(CommandMonitor, NobodySetsP1LocallyInATrip) {
   Bench bench;
   bench.Valid(30.0, true, true);
   bench.Ticks(1);
@@ -283,7 +283,7 @@ TEST(Supervisor, NobodySetsP1LocallyInATrip) {
   EXPECT_EQ(bench.State(), S::kTripped);
 }
 
-TEST(Supervisor, FaultedIsForEver) {
+TEST(CommandMonitor, FaultedIsForEver) {
   Bench bench;
   bench.Frame(30.0);
   bench.Get().Change({S::kFaulted, Cause::kModelFault});

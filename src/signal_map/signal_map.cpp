@@ -1,4 +1,4 @@
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -64,9 +64,9 @@ std::string Beside(const std::filesystem::path& file) {
   }
   const std::string nearest = base::NearestName(file.filename().string(), names);
   if (!nearest.empty()) return "; there is " + nearest;
-  constexpr std::size_t kMostNamed = 6;
+  constexpr std::size_t kMaxNamed = 6;
   std::sort(names.begin(), names.end());
-  names.resize(std::min(names.size(), kMostNamed));
+  names.resize(std::min(names.size(), kMaxNamed));
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "; there is " : ", ") + name;
   return text;
@@ -90,7 +90,7 @@ void Merge(const Demand& demand, simulation::Command& command) noexcept {
   command.trip = demand.trip.value_or(command.trip);
 }
 
-Contract::Contract(can::Databases databases, const configuration::Configuration& configuration)
+SignalMap::SignalMap(can::Databases databases, const configuration::Configuration& configuration)
     : databases_(std::move(databases)),
       incoming_(BindCommand(databases_, configuration)),
       outgoing_(BindPublished(databases_, configuration)),
@@ -107,28 +107,28 @@ Contract::Contract(can::Databases databases, const configuration::Configuration&
                     "; leave the key out to follow the DBC";
 }
 
-Contract::Contract(const configuration::Configuration& configuration)
-    : Contract(ReadDbcs(configuration), configuration) {}
+SignalMap::SignalMap(const configuration::Configuration& configuration)
+    : SignalMap(ReadDbcs(configuration), configuration) {}
 
-const ReceivedMessage* Contract::FindIncoming(const can::Frame& frame) const noexcept {
+const ReceivedMessage* SignalMap::FindIncoming(const can::Frame& frame) const noexcept {
   const auto found = std::find_if(incoming_.begin(), incoming_.end(), [&](const ReceivedMessage& one) {
     return !frame.error && one.pattern.Matches(frame.id, frame.extended);
   });
   return found == incoming_.end() ? nullptr : &*found;
 }
 
-bool Contract::HasEnable() const noexcept {
+bool SignalMap::HasEnable() const noexcept {
   return std::any_of(incoming_.begin(), incoming_.end(),
                      [](const ReceivedMessage& one) { return one.enable.has_value(); });
 }
 
-std::vector<can::WantedId> Contract::Wanted() const {
+std::vector<can::WantedId> SignalMap::Wanted() const {
   std::vector<can::WantedId> wanted;
   for (const ReceivedMessage& incoming : incoming_) wanted.push_back(incoming.pattern.Wanted());
   return wanted;
 }
 
-std::optional<Demand> Contract::Decode(const can::Frame& frame, CommandRejection& rejection) const noexcept {
+std::optional<Demand> SignalMap::Decode(const can::Frame& frame, CommandRejection& rejection) const noexcept {
   rejection = CommandRejection::kUnknownId;
   const ReceivedMessage* const incoming = FindIncoming(frame);
   if (incoming == nullptr) return std::nullopt;
@@ -149,9 +149,9 @@ std::optional<Demand> Contract::Decode(const can::Frame& frame, CommandRejection
   return demand;
 }
 
-can::Frame Contract::Encode(std::size_t message, const simulation::Telemetry& telemetry,
-                            const simulation::Measured& measured, std::uint64_t turn,
-                            FieldSet* saturated) const noexcept {
+can::Frame SignalMap::Encode(std::size_t message, const simulation::RunState& run_state,
+                             const simulation::Measured& measured, std::uint64_t turn,
+                             FieldSet* saturated) const noexcept {
   const PublishedMessage& outgoing = outgoing_[message];
   const Page& page = outgoing.pages[turn % outgoing.pages.size()];
   can::Frame frame;
@@ -163,7 +163,7 @@ can::Frame Contract::Encode(std::size_t message, const simulation::Telemetry& te
   frame.data = page.constants;
   const std::span<std::uint8_t> data(frame.data.data(), frame.size);
   for (const Field& field : page.fields) {
-    const double value = field.convert(measured.Of(*field.quantity, telemetry));
+    const double value = field.convert(measured.Of(*field.quantity, run_state));
     if (std::isnan(value)) {
       constexpr std::int64_t kAllOnes = -1;
       can::InsertRaw(*field.signal, kAllOnes, data);
@@ -176,8 +176,8 @@ can::Frame Contract::Encode(std::size_t message, const simulation::Telemetry& te
   return frame;
 }
 
-void Contract::Protect(std::size_t message, unsigned counter, bool wrong_checksum,
-                       can::Frame& frame) const noexcept {
+void SignalMap::Protect(std::size_t message, unsigned counter, bool wrong_checksum,
+                        can::Frame& frame) const noexcept {
   const std::optional<can::E2eLayout>& protection = outgoing_[message].protection;
   if (!protection) return;
   const std::span<std::uint8_t> data(frame.data.data(), frame.size);
@@ -185,29 +185,29 @@ void Contract::Protect(std::size_t message, unsigned counter, bool wrong_checksu
   if (wrong_checksum) can::InvertChecksum(*protection, data);
 }
 
-bool Contract::AnyPublished(bool (*has)(const can::E2eLayout&)) const noexcept {
+bool SignalMap::AnyPublished(bool (*has)(const can::E2eLayout&)) const noexcept {
   return std::any_of(outgoing_.begin(), outgoing_.end(), [&](const PublishedMessage& message) {
     return message.protection && has(*message.protection);
   });
 }
 
-std::uint64_t Contract::CycleTicks(std::size_t message) const noexcept {
+std::uint64_t SignalMap::CycleTicks(std::size_t message) const noexcept {
   return static_cast<std::uint64_t>(outgoing_[message].cycle_ms) * model::kTicksPerMs;
 }
 
-std::array<std::uint64_t, simulation::kMostMessages> Contract::Cycles() const noexcept {
-  std::array<std::uint64_t, simulation::kMostMessages> cycles{};
+std::array<std::uint64_t, simulation::kMaxMessages> SignalMap::Cycles() const noexcept {
+  std::array<std::uint64_t, simulation::kMaxMessages> cycles{};
   for (std::size_t i = 0; i < MessageCount(); ++i) cycles[i] = CycleTicks(i);
   return cycles;
 }
 
-bool Contract::UsesFd() const noexcept {
+bool SignalMap::UsesFd() const noexcept {
   const auto is_fd = [](const auto& one) { return one.message->fd; };
   return std::any_of(incoming_.begin(), incoming_.end(), is_fd) ||
          std::any_of(outgoing_.begin(), outgoing_.end(), is_fd);
 }
 
-simulation::MessageSet Contract::MessagesCarrying(std::string_view quantity) const noexcept {
+simulation::MessageSet SignalMap::MessagesCarrying(std::string_view quantity) const noexcept {
   const simulation::Quantity* const wanted = simulation::FindQuantity(quantity);
   const auto carries = [&](const Page& page) {
     return std::any_of(page.fields.begin(), page.fields.end(),

@@ -1,4 +1,4 @@
-#include "emulator/command_guard.hpp"
+#include "emulator/command_validator.hpp"
 #include "base/clock.hpp"
 
 #include <algorithm>
@@ -42,13 +42,13 @@ simulation::FrameVerdict VerdictOf(signal_map::CommandRejection why) noexcept {
 
 }  // namespace
 
-CommandGuard::CommandGuard(const configuration::SafetySettings& settings, int cycle_ms) noexcept
+CommandValidator::CommandValidator(const configuration::SafetySettings& settings, int cycle_ms) noexcept
     : settings_(settings), cycle_s_(cycle_ms / 1e3) {}
 
-simulation::FrameVerdict CommandGuard::Judge(const can::Frame& frame,
-                                             const std::optional<signal_map::Demand>& demand,
-                                             signal_map::CommandRejection why,
-                                             const FrameTime& time) noexcept {
+simulation::FrameVerdict CommandValidator::Judge(const can::Frame& frame,
+                                                 const std::optional<signal_map::Demand>& demand,
+                                                 signal_map::CommandRejection why,
+                                                 const FrameTime& time) noexcept {
   simulation::FrameVerdict verdict = simulation::FrameVerdict::kMalformed;
   if (why != signal_map::CommandRejection::kMalformed) {
     // The sequence first: a frame that is refused for its value or age was none the less the next one.
@@ -69,7 +69,7 @@ simulation::FrameVerdict CommandGuard::Judge(const can::Frame& frame,
 }
 
 /// A wrong P1 takes nothing from a trip in the same frame.
-void CommandGuard::TakeCondition(const signal_map::Demand& demand, const FrameTime& time) noexcept {
+void CommandValidator::TakeCondition(const signal_map::Demand& demand, const FrameTime& time) noexcept {
   if (IsStale(time)) return;
   newest_.enabled = demand.enabled.value_or(newest_.enabled);
   newest_.trip = demand.trip.value_or(newest_.trip);
@@ -78,11 +78,11 @@ void CommandGuard::TakeCondition(const signal_map::Demand& demand, const FrameTi
   if (!newest_.enabled || newest_.trip) newest_.good_in_a_row = 0;
 }
 
-bool CommandGuard::IsStale(const FrameTime& time) const noexcept {
+bool CommandValidator::IsStale(const FrameTime& time) const noexcept {
   return settings_.max_age_ms != 0 && time.age_ns > settings_.max_age_ms * base::kNsPerMs;
 }
 
-simulation::FrameVerdict CommandGuard::JudgeSequence(const can::Frame& frame) noexcept {
+simulation::FrameVerdict CommandValidator::JudgeSequence(const can::Frame& frame) noexcept {
   if (!checker_) return simulation::FrameVerdict::kValid;
   const can::E2eVerdict verdict = checker_->Check(frame.id, {frame.data.data(), frame.size});
   newest_.counts.lost = checker_->Counters().lost_frames;
@@ -91,8 +91,8 @@ simulation::FrameVerdict CommandGuard::JudgeSequence(const can::Frame& frame) no
 
 // What a frame can say of a limit is the value next to it: beyond it by less than its resolution, it is the
 // limit.
-simulation::FrameVerdict CommandGuard::JudgeValue(const signal_map::Demand& demand,
-                                                  const FrameTime& time) const noexcept {
+simulation::FrameVerdict CommandValidator::JudgeValue(const signal_map::Demand& demand,
+                                                      const FrameTime& time) const noexcept {
   const double p1_psi = WithinLimits(*demand.p1_psi);
   if (!(std::fabs(*demand.p1_psi - p1_psi) <= demand.p1_rounding_psi))
     return simulation::FrameVerdict::kOutOfRange;
@@ -106,11 +106,11 @@ simulation::FrameVerdict CommandGuard::JudgeValue(const signal_map::Demand& dema
   return simulation::FrameVerdict::kValid;
 }
 
-double CommandGuard::WithinLimits(double p1_psi) const noexcept {
+double CommandValidator::WithinLimits(double p1_psi) const noexcept {
   return std::clamp(p1_psi, settings_.p1_minimum_psi, settings_.p1_maximum_psi);
 }
 
-void CommandGuard::Follow(double p1_psi, const FrameTime& time) noexcept {
+void CommandValidator::Follow(double p1_psi, const FrameTime& time) noexcept {
   newest_.p1_psi = p1_psi;
   newest_.arrival_ns = time.arrival_ns;
   newest_time_ns_ = time.time_ns;
@@ -119,13 +119,14 @@ void CommandGuard::Follow(double p1_psi, const FrameTime& time) noexcept {
   ++newest_.good_in_a_row;
 }
 
-CommandGuard GuardOf(const signal_map::Contract& contract, const configuration::SafetySettings& settings,
-                     int cycle_ms, int max_counter_jump) {
-  CommandGuard guard(settings, cycle_ms);
-  const signal_map::ReceivedMessage& command = contract.IncomingMessages().front();
-  if (command.protection) guard.Check(*command.protection, static_cast<unsigned>(max_counter_jump));
-  if (contract.HasEnable()) guard.AwaitEnable();
-  return guard;
+CommandValidator ValidatorOf(const signal_map::SignalMap& signal_map,
+                             const configuration::SafetySettings& settings, int cycle_ms,
+                             int max_counter_jump) {
+  CommandValidator validator(settings, cycle_ms);
+  const signal_map::ReceivedMessage& command = signal_map.IncomingMessages().front();
+  if (command.protection) validator.Check(*command.protection, static_cast<unsigned>(max_counter_jump));
+  if (signal_map.HasEnable()) validator.AwaitEnable();
+  return validator;
 }
 
 }  // namespace servohil::emulator

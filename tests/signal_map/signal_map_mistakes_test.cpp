@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "support/contract_files.hpp"
+#include "support/signal_map_files.hpp"
 
 namespace servohil::signal_map {
 namespace {
@@ -23,24 +23,24 @@ const std::string kDbc =
 const std::string kCommand = "[can.command]\np1 = \"GOV.P1\"\n";  // lines 6, 7
 
 std::string CommandError(const std::string& command) {
-  return testing::ContractFiles("[can.command]\n" + command + testing::kNothingPublished, {kDbc}).Error();
+  return testing::SignalMapFiles("[can.command]\n" + command + testing::kNothingPublished, {kDbc}).Error();
 }
 
 /// [[can.publish]] is line 8.
 std::string PublishError(const std::string& publish) {
-  return testing::ContractFiles(kCommand + "[[can.publish]]\n" + publish, {kDbc}).Error();
+  return testing::SignalMapFiles(kCommand + "[[can.publish]]\n" + publish, {kDbc}).Error();
 }
 
 /// The text begins with these words.
 #define EXPECT_PREFIX(text, prefix) EXPECT_EQ((text).substr(0, std::string(prefix).size()), prefix)
 
-TEST(ContractMistakes, TheExampleItselfHasNone) {
+TEST(SignalMapMistakes, TheExampleItselfHasNone) {
   EXPECT_EQ(CommandError("p1 = \"GOV.P1\"\nenable = \"GOV.State = Running\"\ntrip = \"GOV.State=3\"\n"),
             "no error");
   EXPECT_EQ(PublishError("message = \"FB\"\ncycle_ms = 10\nsignals = { Lift = \"x3_in\" }\n"), "no error");
 }
 
-TEST(ContractMistakes, UnknownNamesAreAnsweredWithTheNearest) {
+TEST(SignalMapMistakes, UnknownNamesAreAnsweredWithTheNearest) {
   EXPECT_EQ(CommandError("p1 = \"GOVE.P1\"\n"),
             "x.toml:7: can.command.p1 = \"GOVE.P1\": x.dbc: no message 'GOVE'; the nearest is 'GOV'");
   EXPECT_EQ(CommandError("p1 = \"GOV.Deman\"\n"),
@@ -68,7 +68,7 @@ TEST(ContractMistakes, UnknownNamesAreAnsweredWithTheNearest) {
       "x.toml:11: unknown key FB.Lift.unt; did you mean unit?");
 }
 
-TEST(ContractMistakes, UnitsThatDoNotFit) {
+TEST(SignalMapMistakes, UnitsThatDoNotFit) {
   EXPECT_EQ(
       CommandError("p1 = \"GOV.Demand\"\n"),
       "x.toml:7: can.command.p1 = \"GOV.Demand\": x.dbc:3: GOV.Demand has the unit \"mA\", expected one of "
@@ -90,7 +90,7 @@ TEST(ContractMistakes, UnitsThatDoNotFit) {
             "`unit` where that is what it means, or `scale = [[x, y], [x, y]]`");
 }
 
-TEST(ContractMistakes, RangesThatClip) {
+TEST(SignalMapMistakes, RangesThatClip) {
   EXPECT_PREFIX(
       CommandError("p1 = \"GOV.Narrow\"\n"),
       "x.toml:7: can.command.p1 = \"GOV.Narrow\": x.dbc:5: GOV.Narrow reaches from 0 to 36.9846 psi; the st");
@@ -106,7 +106,7 @@ TEST(ContractMistakes, RangesThatClip) {
             "no error");
 }
 
-TEST(ContractMistakes, ConstantsThatDoNotFit) {
+TEST(SignalMapMistakes, ConstantsThatDoNotFit) {
   EXPECT_EQ(PublishError("message = \"FB\"\ncycle_ms = 10\nsignals = { Percent = 101.0 }\n"),
             "x.toml:11: x.dbc:9: FB.Percent = 101: must be 0 to 100");
   EXPECT_EQ(PublishError("message = \"FB\"\ncycle_ms = 10\nsignals = { Percent = { raw = 256 } }\n"),
@@ -118,7 +118,7 @@ TEST(ContractMistakes, ConstantsThatDoNotFit) {
             "= ... }");
 }
 
-TEST(ContractMistakes, CycleTimes) {
+TEST(SignalMapMistakes, CycleTimes) {
   EXPECT_EQ(PublishError("message = \"TEXT\"\n"),
             "x.toml:8: x.dbc:11: TEXT has no cycle time (GenMsgCycleTime): give cycle_ms");
   EXPECT_EQ(PublishError("message = \"TEXT\"\ncycle_ms = 0\n"),
@@ -128,15 +128,15 @@ TEST(ContractMistakes, CycleTimes) {
       "x.toml:8: TEXT: cycle_ms = 1: must be at least the wake period, loop.wake_ticks = 20 ticks of 0.1 ms");
 }
 
-TEST(ContractMistakes, FilesThatCannotBeRead) {
+TEST(SignalMapMistakes, FilesThatCannotBeRead) {
   const std::string utf16("\xFF\xFE\x42\x00\x4F\x00", 6);
-  EXPECT_EQ(testing::ContractFiles(kCommand + testing::kNothingPublished, {utf16}).Error(),
+  EXPECT_EQ(testing::SignalMapFiles(kCommand + testing::kNothingPublished, {utf16}).Error(),
             "x.dbc: is UTF-16, expected UTF-8 or Windows-1252: save it as one of these");
-  const testing::ContractFiles files(kCommand + testing::kNothingPublished, {kDbc});
+  const testing::SignalMapFiles files(kCommand + testing::kNothingPublished, {kDbc});
   configuration::Configuration configuration = files.Load();
   configuration.can.dbc.front().insert(configuration.can.dbc.front().size() - 4, "x");
   try {
-    const Contract contract(configuration);
+    const SignalMap signal_map(configuration);
     ADD_FAILURE();
   } catch (const base::UsageError& error) {
     const std::string said = error.what();
@@ -146,24 +146,24 @@ TEST(ContractMistakes, FilesThatCannotBeRead) {
   }
 }
 
-TEST(ContractMistakes, WhatIsLeftOut) {
+TEST(SignalMapMistakes, WhatIsLeftOut) {
   const std::string there = "; there are 3: GOV FB TEXT";
   EXPECT_EQ(
-      testing::ContractFiles(testing::kNothingPublished, {kDbc}).Error(),
+      testing::SignalMapFiles(testing::kNothingPublished, {kDbc}).Error(),
       "can.command.p1 is not set, and \"GOV_Command.P1_Demand\" in its place will not do: x.dbc: no message "
       "'GOV_Command'" +
           there);
-  EXPECT_EQ(testing::ContractFiles(kCommand, {kDbc}).Error(),
+  EXPECT_EQ(testing::SignalMapFiles(kCommand, {kDbc}).Error(),
             "no [[can.publish]]: x.dbc: no message 'SERVO_Position'" + there);
 }
 
-TEST(ContractMistakes, Protection) {
+TEST(SignalMapMistakes, Protection) {
   EXPECT_EQ(
       PublishError("message = \"FB\"\ncycle_ms = 10\ne2e = \"crc8_j1850\"\ncounter = \"Lifd\"\n"),
       "x.toml:8: counter = \"Lifd\": x.dbc:6: message 'FB' has no signal 'Lifd'; the nearest is 'Lift'");
 }
 
-TEST(ContractMistakes, IdentifiersThatMeet) {
+TEST(SignalMapMistakes, IdentifiersThatMeet) {
   EXPECT_EQ(PublishError("message = \"GOV\"\ncycle_ms = 10\nsignals = { State = 1 }\n"),
             "x.toml:8: GOV (x.dbc:1) is named twice in the configuration: both received and published, or "
             "published twice");
@@ -172,7 +172,7 @@ TEST(ContractMistakes, IdentifiersThatMeet) {
       "x.toml:11: TEXT (x.dbc:11) is named twice in the configuration: both received and published, or "
       "published twice");
   const std::string twin = "BO_ 1 OTHER: 8 X\n";
-  EXPECT_EQ(testing::ContractFiles(kCommand + testing::kNothingPublished, {kDbc, twin}).Error(),
+  EXPECT_EQ(testing::SignalMapFiles(kCommand + testing::kNothingPublished, {kDbc, twin}).Error(),
             "x.toml:7: can.command.p1 = \"GOV.P1\": y.dbc:1: message 'OTHER' has the id of 'GOV' in x.dbc:1: "
             "leave one "
             "of the two files out");
@@ -183,20 +183,20 @@ TEST(ContractMistakes, IdentifiersThatMeet) {
   // 0x0CFF2121 whatever the source: 0x0CFF2133 would be read as it.
   const std::string group =
       "BO_ 2365530401 GOV: 8 X\n SG_ P1 : 0|16@1+ (0.001,0) [0|0] \"bar\" X\nBO_ 2365530419 OWN: 8 X\n";
-  EXPECT_EQ(testing::ContractFiles(kCommand + "pgn = true\n" + testing::kNothingPublished, {group}).Error(),
+  EXPECT_EQ(testing::SignalMapFiles(kCommand + "pgn = true\n" + testing::kNothingPublished, {group}).Error(),
             "x.toml:7: can.command.p1 = \"GOV.P1\": x.dbc:3: message 'OWN' has the parameter group of 'GOV', "
             "can.command.pgn = true would read it as that one");
 }
 
-TEST(ContractMistakes, SignalsByNameMustBeQuantities) {
+TEST(SignalMapMistakes, SignalsByNameMustBeQuantities) {
   EXPECT_PREFIX(PublishError("message = \"FB\"\ncycle_ms = 10\n"),
                 "x.toml:8: x.dbc:8: FB.Lift is no quantity of the emulator: say with `signals` what it car");
 }
 
-TEST(ContractMistakes, TypesOfTheTables) {
-  EXPECT_EQ(testing::ContractFiles("publish = 3\n", {kDbc}).Error(),
+TEST(SignalMapMistakes, TypesOfTheTables) {
+  EXPECT_EQ(testing::SignalMapFiles("publish = 3\n", {kDbc}).Error(),
             "x.toml:6: can.publish must be a list of tables: [[can.publish]]");
-  EXPECT_EQ(testing::ContractFiles("publish = [3]\n", {kDbc}).Error(),
+  EXPECT_EQ(testing::SignalMapFiles("publish = [3]\n", {kDbc}).Error(),
             "x.toml:6: can.publish = 3: must be a table: [[can.publish]]");
   EXPECT_EQ(PublishError("message = \"FB\"\non_change = 1\n"),
             "x.toml:10: can.publish.on_change = 1: must be true or false");

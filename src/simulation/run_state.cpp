@@ -1,4 +1,4 @@
-#include "simulation/telemetry.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::simulation {
 

@@ -1,4 +1,4 @@
-#include "emulator/command_guard.hpp"
+#include "emulator/command_validator.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,15 +16,15 @@ constexpr std::int64_t kMs = 1'000'000;
 /// Frames of the default DBC: checksum, counter, P1_Demand.
 class Bench {
  public:
-  explicit Bench(const configuration::SafetySettings& settings = {}) : guard_(settings, 10) {}
+  explicit Bench(const configuration::SafetySettings& settings = {}) : validator_(settings, 10) {}
 
   V Take(double p1_psi, std::int64_t time_ms = 0, std::int64_t age_ms = 0) {
     return Take(FrameOf(p1_psi), time_ms, age_ms);
   }
   V Take(const can::Frame& frame, std::int64_t time_ms = 0, std::int64_t age_ms = 0) {
     signal_map::CommandRejection why{};
-    const auto demand = setup_.contract.Decode(frame, why);
-    return guard_.Judge(frame, demand, why, {time_ms * kMs, age_ms * kMs, 0});
+    const auto demand = setup_.signal_map.Decode(frame, why);
+    return validator_.Judge(frame, demand, why, {time_ms * kMs, age_ms * kMs, 0});
   }
   can::Frame FrameOf(double p1_psi) const {
     can::Frame frame;
@@ -34,18 +34,18 @@ class Bench {
     return frame;
   }
   const can::Message& Message() const { return message_; }
-  CommandGuard& Guard() { return guard_; }
-  const simulation::Command& Newest() const { return guard_.Newest(); }
+  CommandValidator& Validator() { return validator_; }
+  const simulation::Command& Newest() const { return validator_.Newest(); }
   std::uint64_t Count(V verdict) const { return Newest().counts.Of(verdict); }
 
  private:
   const testing::DefaultSetup setup_;
   const can::Message message_ =
       can::ReadDbc(setup_.configuration.can.dbc.front()).RequireMessage("GOV_Command");
-  CommandGuard guard_;
+  CommandValidator validator_;
 };
 
-TEST(CommandGuard, AFrameOutsideTheConfiguredRangeIsCountedAndNotFollowed) {
+TEST(CommandValidator, AFrameOutsideTheConfiguredRangeIsCountedAndNotFollowed) {
   configuration::SafetySettings settings;
   settings.p1_minimum_psi = 20.0;
   settings.p1_maximum_psi = 40.0;
@@ -60,7 +60,7 @@ TEST(CommandGuard, AFrameOutsideTheConfiguredRangeIsCountedAndNotFollowed) {
   EXPECT_EQ(bench.Newest().good_in_a_row, 1U);
 }
 
-TEST(CommandGuard, WhatTheContractRefusesIsCounted) {
+TEST(CommandValidator, WhatTheContractRefusesIsCounted) {
   Bench bench;
   can::Frame frame = bench.FrameOf(30.0);
   frame.size = 3;
@@ -70,12 +70,13 @@ TEST(CommandGuard, WhatTheContractRefusesIsCounted) {
   EXPECT_EQ(bench.Take(frame), V::kOutOfRange);
   signal_map::Demand not_a_number;
   not_a_number.p1_psi = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(bench.Guard().Judge(bench.FrameOf(0.0), not_a_number, signal_map::CommandRejection::kNone, {}),
-            V::kOutOfRange);
+  EXPECT_EQ(
+      bench.Validator().Judge(bench.FrameOf(0.0), not_a_number, signal_map::CommandRejection::kNone, {}),
+      V::kOutOfRange);
   EXPECT_EQ(bench.Newest().counts.Rejected(), 3U);
 }
 
-TEST(CommandGuard, AChangeFasterThanTheRateIsNotValidOverAtLeastACycle) {
+TEST(CommandValidator, AChangeFasterThanTheRateIsNotValidOverAtLeastACycle) {
   configuration::SafetySettings settings;
   settings.p1_rate_psi_s = 100.0;  // 1 psi per cycle of 10 ms
   Bench bench(settings);
@@ -89,7 +90,7 @@ TEST(CommandGuard, AChangeFasterThanTheRateIsNotValidOverAtLeastACycle) {
 }
 
 // 300 psi in kPa as a 32-bit float is 300.00001 psi: the limit, not beyond it.
-TEST(CommandGuard, ALimitIsReachedWithinTheFramesResolution) {
+TEST(CommandValidator, ALimitIsReachedWithinTheFramesResolution) {
   configuration::SafetySettings settings;
   settings.p1_minimum_psi = 5.0;
   settings.p1_maximum_psi = 300.0;
@@ -98,7 +99,7 @@ TEST(CommandGuard, ALimitIsReachedWithinTheFramesResolution) {
     signal_map::Demand demand;
     demand.p1_psi = p1_psi;
     demand.p1_rounding_psi = rounding_psi;
-    return bench.Guard().Judge(bench.FrameOf(0.0), demand, signal_map::CommandRejection::kNone, {});
+    return bench.Validator().Judge(bench.FrameOf(0.0), demand, signal_map::CommandRejection::kNone, {});
   };
   EXPECT_EQ(judge(300.00001, 2e-5), V::kValid);
   EXPECT_EQ(bench.Newest().p1_psi, 300.0);
@@ -109,7 +110,7 @@ TEST(CommandGuard, ALimitIsReachedWithinTheFramesResolution) {
   EXPECT_EQ(judge(4.99997, 2e-5), V::kOutOfRange);
 }
 
-TEST(CommandGuard, AFrameOlderThanTwentyMillisecondsIsDiscarded) {
+TEST(CommandValidator, AFrameOlderThanTwentyMillisecondsIsDiscarded) {
   Bench bench;
   EXPECT_EQ(bench.Take(30.0, 0, 20), V::kValid);
   EXPECT_EQ(bench.Take(31.0, 10, 21), V::kStale);
@@ -120,35 +121,35 @@ TEST(CommandGuard, AFrameOlderThanTwentyMillisecondsIsDiscarded) {
   EXPECT_EQ(patient.Take(30.0, 0, 100'000), V::kValid);
 }
 
-TEST(CommandGuard, AWrongP1TakesNothingFromATripButATripThatIsNotIntactIsNone) {
+TEST(CommandValidator, AWrongP1TakesNothingFromATripButATripThatIsNotIntactIsNone) {
   Bench bench;
   signal_map::Demand trip;
   trip.trip = true;
-  EXPECT_EQ(bench.Guard().Judge(bench.FrameOf(0.0), trip, signal_map::CommandRejection::kOutOfRange, {}),
+  EXPECT_EQ(bench.Validator().Judge(bench.FrameOf(0.0), trip, signal_map::CommandRejection::kOutOfRange, {}),
             V::kOutOfRange);
   EXPECT_EQ(bench.Newest().trips, 1U);
-  EXPECT_EQ(
-      bench.Guard().Judge(bench.FrameOf(0.0), trip, signal_map::CommandRejection::kNone, {0, 21 * kMs, 0}),
-      V::kStale);
+  EXPECT_EQ(bench.Validator().Judge(bench.FrameOf(0.0), trip, signal_map::CommandRejection::kNone,
+                                    {0, 21 * kMs, 0}),
+            V::kStale);
   EXPECT_EQ(bench.Newest().trips, 1U);
   EXPECT_EQ(bench.Take(30.0), V::kValid);
   EXPECT_EQ(bench.Newest().good, 0U) << "the trip is still on";
   signal_map::Demand no_trip;
   no_trip.trip = false;
-  bench.Guard().TakeCondition(no_trip, {});
+  bench.Validator().TakeCondition(no_trip, {});
   EXPECT_EQ(bench.Take(30.0), V::kValid);
   EXPECT_EQ(bench.Newest().good, 1U);
 }
 
-TEST(CommandGuard, NothingIsEnabledBeforeAFrameSaysSoAndEachThatDisablesIsCounted) {
+TEST(CommandValidator, NothingIsEnabledBeforeAFrameSaysSoAndEachThatDisablesIsCounted) {
   Bench bench;
-  bench.Guard().AwaitEnable();
+  bench.Validator().AwaitEnable();
   EXPECT_EQ(bench.Take(30.0), V::kValid);
   EXPECT_EQ(bench.Newest().good, 0U);
   const auto say = [&](bool enabled) {
     signal_map::Demand demand;
     demand.enabled = enabled;
-    bench.Guard().TakeCondition(demand, {});
+    bench.Validator().TakeCondition(demand, {});
   };
   say(true);
   EXPECT_EQ(bench.Take(30.0), V::kValid);
@@ -163,12 +164,12 @@ TEST(CommandGuard, NothingIsEnabledBeforeAFrameSaysSoAndEachThatDisablesIsCounte
 
 /// What waited in a queue during an outage is read in one go: the old ones are discarded, but are part of the
 /// sequence, so that the first fresh one is the next.
-TEST(CommandGuard, NothingThatWaitedDuringAnOutageIsReplayed) {
+TEST(CommandValidator, NothingThatWaitedDuringAnOutageIsReplayed) {
   Bench bench;
   can::E2eSettings e2e{can::E2eProfile::kCrc8J1850, can::kNoDataId, can::DataIdMode::kBoth,
                        bench.Message().FindSignal("Counter"), bench.Message().FindSignal("Checksum")};
   const can::E2eLayout layout = can::MakeE2eLayout(e2e, bench.Message());
-  bench.Guard().Check(layout, 1);
+  bench.Validator().Check(layout, 1);
   const auto frame = [&](double p1_psi, unsigned counter) {
     can::Frame protected_frame = bench.FrameOf(p1_psi);
     can::Protect(layout, protected_frame.id, counter, {protected_frame.data.data(), protected_frame.size});
@@ -183,12 +184,12 @@ TEST(CommandGuard, NothingThatWaitedDuringAnOutageIsReplayed) {
   EXPECT_EQ(bench.Newest().counts.lost, 0U);
 }
 
-TEST(CommandGuard, TheSequenceIsCheckedBeforeTheValue) {
+TEST(CommandValidator, TheSequenceIsCheckedBeforeTheValue) {
   Bench bench;
   can::E2eSettings e2e{can::E2eProfile::kCounter, can::kNoDataId, can::DataIdMode::kBoth,
                        bench.Message().FindSignal("Counter"), nullptr};
   const can::E2eLayout layout = can::MakeE2eLayout(e2e, bench.Message());
-  bench.Guard().Check(layout, 2);
+  bench.Validator().Check(layout, 2);
   const auto take = [&](unsigned counter) {
     can::Frame frame = bench.FrameOf(30.0);
     can::Protect(layout, frame.id, counter, {frame.data.data(), frame.size});

@@ -1,5 +1,5 @@
 #pragma once
-/// The columns of the group `influences`: one line each, for writer and reader.
+/// The columns of the group `stimuli`: one line each, for writer and reader.
 
 #include <cstdint>
 #include <span>
@@ -13,24 +13,24 @@
 namespace servohil::recording {
 
 /// Where a column's value lives.
-using InfluencePlace =
-    std::variant<double& (*)(Influence&), std::uint64_t& (*)(Influence&), std::uint32_t& (*)(Influence&),
-                 std::uint8_t& (*)(Influence&), bool& (*)(Influence&),
-                 simulation::Request::Kind& (*)(Influence&), fault::Trigger::Kind& (*)(Influence&),
-                 simulation::SafetyState& (*)(Influence&), simulation::SafetyCause& (*)(Influence&)>;
+using StimulusPlace =
+    std::variant<double& (*)(Stimulus&), std::uint64_t& (*)(Stimulus&), std::uint32_t& (*)(Stimulus&),
+                 std::uint8_t& (*)(Stimulus&), bool& (*)(Stimulus&),
+                 simulation::Request::Kind& (*)(Stimulus&), fault::Trigger::Kind& (*)(Stimulus&),
+                 simulation::SafetyState& (*)(Stimulus&), simulation::SafetyCause& (*)(Stimulus&)>;
 
 /// The type that a value has on file.
 template <typename T>
 using StoredInfluence = std::conditional_t<std::is_same_v<T, std::uint32_t>, std::uint64_t, Stored<T>>;
 
-struct InfluenceColumn {
+struct StimulusColumn {
   const char* name;
   const char* unit;
   std::string description;
-  InfluencePlace place;
+  StimulusPlace place;
   bool required = true;  ///< false: added later, older recordings do not have it
 };
 
-std::span<const InfluenceColumn> InfluenceColumns();
+std::span<const StimulusColumn> StimulusColumns();
 
 }  // namespace servohil::recording

@@ -1,4 +1,4 @@
-#include "recording/influence_columns.hpp"
+#include "recording/stimulus_columns.hpp"
 
 #include <vector>
 
@@ -7,7 +7,7 @@
 namespace servohil::recording {
 namespace {
 
-using I = Influence;
+using I = Stimulus;
 using U64 = std::uint64_t;
 using U32 = std::uint32_t;
 using U8 = std::uint8_t;
@@ -23,7 +23,7 @@ std::string QuantityNumbers() {
   return text;
 }
 
-std::vector<InfluenceColumn> MakeColumns() {
+std::vector<StimulusColumn> MakeColumns() {
   return {
       {"tick", kTick, "the first that feels it", +[](I& i) -> U64& { return i.tick; }},
       {"kind", "",
@@ -77,12 +77,12 @@ std::vector<InfluenceColumn> MakeColumns() {
   };
 }
 
-static_assert(fault::kMostParameters == 3, "one column for each");
+static_assert(fault::kMaxParameters == 3, "one column for each");
 
 }  // namespace
 
-std::span<const InfluenceColumn> InfluenceColumns() {
-  static const std::vector<InfluenceColumn> columns = MakeColumns();
+std::span<const StimulusColumn> StimulusColumns() {
+  static const std::vector<StimulusColumn> columns = MakeColumns();
   return columns;
 }
 

@@ -7,9 +7,9 @@
 #include "can/e2e/e2e.hpp"
 #include "can/frame.hpp"
 #include "configuration/safety_settings.hpp"
-#include "signal_map/contract.hpp"
+#include "signal_map/signal_map.hpp"
+#include "simulation/run_state.hpp"
 #include "simulation/safety.hpp"
-#include "simulation/telemetry.hpp"
 
 namespace servohil::emulator {
 
@@ -21,10 +21,10 @@ struct FrameTime {
 };
 
 /// The receiver's thread; real-time safe.
-class CommandGuard {
+class CommandValidator {
  public:
   /// @param cycle_ms  of the governor's command: the shortest time that a change of P1 is divided by
-  CommandGuard(const configuration::SafetySettings& settings, int cycle_ms) noexcept;
+  CommandValidator(const configuration::SafetySettings& settings, int cycle_ms) noexcept;
 
   /// Frames are checked end to end from now on. @param max_jump  largest step of the counter that is valid
   void Check(const can::E2eLayout& layout, unsigned max_jump) noexcept { checker_.emplace(layout, max_jump); }
@@ -55,8 +55,9 @@ class CommandGuard {
   std::int64_t newest_time_ns_ = 0;
 };
 
-/// The guard of a run: protection and enable as the governor's messages have them. @param settings Resolved()
-CommandGuard GuardOf(const signal_map::Contract& contract, const configuration::SafetySettings& settings,
-                     int cycle_ms, int max_counter_jump);
+/// The validator of a run: protection and enable as the governor's messages have them. @param settings Resolved()
+CommandValidator ValidatorOf(const signal_map::SignalMap& signal_map,
+                             const configuration::SafetySettings& settings, int cycle_ms,
+                             int max_counter_jump);
 
 }  // namespace servohil::emulator

@@ -19,7 +19,7 @@
 #include "signal_map/unit.hpp"
 #include "simulation/publication.hpp"
 #include "simulation/quantity.hpp"
-#include "simulation/telemetry.hpp"
+#include "simulation/run_state.hpp"
 
 namespace servohil::signal_map {
 
@@ -73,7 +73,7 @@ struct Field {
   const can::Signal* signal = nullptr;
   const simulation::Quantity* quantity = nullptr;
   Linear convert;         ///< from the quantity to the signal's physical value
-  int number = 0;         ///< among all fields of the message, 0 to kMostFields - 1
+  int number = 0;         ///< among all fields of the message, 0 to kMaxFields - 1
   bool measured = false;  ///< a position, velocity or pressure: saturation is told
 };
 
@@ -98,14 +98,14 @@ struct PublishedMessage {
 
 /// Some of a message's fields, by number.
 using FieldSet = std::uint64_t;
-inline constexpr int kMostFields = 64;
+inline constexpr int kMaxFields = 64;
 
-class Contract {
+class SignalMap {
  public:
   /// @throws UsageError naming file and line, of the DBC and of the configuration, and what would be right
-  Contract(can::Databases databases, const configuration::Configuration& configuration);
+  SignalMap(can::Databases databases, const configuration::Configuration& configuration);
   /// The same with the DBC files that the configuration names.
-  explicit Contract(const configuration::Configuration& configuration);
+  explicit SignalMap(const configuration::Configuration& configuration);
 
   /// What the governor sends, the message with P1 first.
   std::span<const ReceivedMessage> IncomingMessages() const noexcept { return incoming_; }
@@ -135,7 +135,7 @@ class Contract {
   /// Values that its signals cannot hold saturate; `saturated` tells which of the measured ones did
   /// (positions, velocities, pressures; counters and times do so by design). What is not available has all
   /// bits of its field 1. Real-time safe.
-  can::Frame Encode(std::size_t message, const simulation::Telemetry& telemetry,
+  can::Frame Encode(std::size_t message, const simulation::RunState& run_state,
                     const simulation::Measured& measured = {}, std::uint64_t turn = 0,
                     FieldSet* saturated = nullptr) const noexcept;
   /// Counter and checksum of a message that has them, as the last step before its frame is sent. Real-time
@@ -144,7 +144,7 @@ class Contract {
   /// Whether the protection of any published message has this.
   bool AnyPublished(bool (*has)(const can::E2eLayout&)) const noexcept;
 
-  /// What is published, at most kMostMessages, by number.
+  /// What is published, at most kMaxMessages, by number.
   std::span<const PublishedMessage> OutgoingMessages() const noexcept { return outgoing_; }
   std::size_t MessageCount() const noexcept { return outgoing_.size(); }
   /// Layout of one published message.
@@ -152,7 +152,7 @@ class Contract {
   /// Cycle time of one published message in ticks.
   std::uint64_t CycleTicks(std::size_t message) const noexcept;
   /// Those of all.
-  std::array<std::uint64_t, simulation::kMostMessages> Cycles() const noexcept;
+  std::array<std::uint64_t, simulation::kMaxMessages> Cycles() const noexcept;
   /// Whether any message of the run is CAN FD.
   bool UsesFd() const noexcept;
   /// The messages that carry the quantity of this name. @pre there is one
