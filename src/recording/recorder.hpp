@@ -1,6 +1,6 @@
 #pragma once
 /// Records a run: DIR/servohil.h5 (HDF5, readable while it grows and after a kill) and DIR/bus.log (candump).
-/// README.md, "Recording", has the layout.
+/// PROTOCOL.md, "Recording", has the layout.
 ///
 ///   [sim] ─ samples, stimuli ▶ rings ┐
 ///   [can_rx] ─ frames ▶ ring ─────────┼▶ [recorder] ─▶ disk
