@@ -63,6 +63,9 @@ struct BusStatistics {
 /// How long Drain() waits for a peer that reads nothing, and for one that reads slowly.
 inline constexpr std::chrono::milliseconds kDrainStalled{2'000};
 inline constexpr std::chrono::milliseconds kDrainLongest{10'000};
+/// How long the line stays open for a peer that has read everything: python-can looks for more before it hands out what it has
+/// read, one frame at a time, and loses that where the line is broken.
+inline constexpr std::chrono::milliseconds kDrainLinger{250};
 
 /// One thread may call Receive() and PollFd() while another calls Send(); Statistics() and State() may be
 /// called from any. Send() of a virtual segment may be called from several threads. Nothing but opening

@@ -142,6 +142,7 @@ std::string LogName(const std::string& bus, const std::vector<std::string>& take
   if (name.rfind("/dev/", 0) == 0) name = name.substr(5);
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return std::isgraph(c) == 0; }, '_');
+  while (name.size() > 1 && name.back() == '/') name.pop_back();
   if (name.size() > kLongest) name = name.substr(name.rfind('/') + 1);
   if (name.size() > kLongest) name = name.substr(name.size() - kLongest);
   const std::string stem = name;

@@ -182,7 +182,7 @@ Json ToJson(const emulator::Snapshot& snapshot) {
 }
 
 /// @param json  of a snapshot; before version 3 a command was followed for ever
-simulation::CommandMonitorState SupervisorFromJson(const Json& json, const emulator::Snapshot& snapshot) {
+simulation::CommandMonitorState CommandMonitorFromJson(const Json& json, const emulator::Snapshot& snapshot) {
   simulation::CommandMonitorState s;
   Take(json.at("command_p1_psi"), s.demand_psi);
   if (!json.contains("safety")) {
@@ -223,7 +223,7 @@ emulator::Snapshot FromJson(const Json& json) {
   Take(json.at("state_hash"), sample.state_hash);
   Take(json.at("commanded"), snapshot.commanded);
   Take(json.at("command_tick"), snapshot.command_tick);
-  snapshot.safety = SupervisorFromJson(json, snapshot);
+  snapshot.safety = CommandMonitorFromJson(json, snapshot);
   snapshot.faults = ScheduleFromJson(json.at("faults"));
   return snapshot;
 }

@@ -13,6 +13,7 @@ TEST(LogName, IsOneThatCanUtilsTake) {
   EXPECT_EQ(LogName("slcan:/tmp/case-bench-adapter", {}), "e-bench-adapter");
   EXPECT_EQ(LogName("slcan:/dev/serial/by-id/usb-Protofusion_Labs_CANable", {}), "on_Labs_CANable");
   EXPECT_EQ(LogName("slcan:/tmp/a b", {}), "/tmp/a_b");
+  EXPECT_EQ(LogName("slcan:/tmp/some/adapter/", {}), "adapter");
   EXPECT_EQ(LogName("slcan:/tmp/x/adapter-of-bench", {}), "dapter-of-bench");
 }
 

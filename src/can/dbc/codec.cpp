@@ -174,9 +174,9 @@ double RoundingOf(const Signal& signal, double physical) noexcept {
   const double scaled = std::fabs(physical - signal.offset);
   switch (signal.type) {
     case ValueType::kFloat32:
-      return scaled * 0x1p-24 + decoding;
+      return scaled * 0x1p-22 + decoding;
     case ValueType::kFloat64:
-      return scaled * 0x1p-53 + decoding;
+      return scaled * 0x1p-51 + decoding;
     case ValueType::kInteger:
       break;
   }

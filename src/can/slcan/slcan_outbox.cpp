@@ -102,12 +102,16 @@ std::uint64_t Outbox::Drain() {
   const TimePoint begin = Clock::now();
   TimePoint moved = begin;
   std::size_t rest_before = 0;
+  std::optional<TimePoint> all_read;
   for (std::optional<int> before;
        Clock::now() - moved < kDrainStalled && Clock::now() - begin < kDrainLongest;) {
     if (!pending_.empty()) pending_.erase(0, pty_.Write(pending_));
     const std::optional<int> unread = pty_.Unread();
     if (!unread) return 0;  // the client has left
-    if (*unread == 0 && pending_.empty()) return 0;
+    if (*unread == 0 && pending_.empty()) {
+      all_read = all_read.value_or(Clock::now());
+      if (Clock::now() - *all_read >= kDrainLinger) return 0;
+    }
     if (unread != before || pending_.size() != rest_before) moved = Clock::now();
     before = unread;
     rest_before = pending_.size();

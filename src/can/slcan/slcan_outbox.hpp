@@ -33,7 +33,7 @@ class Outbox {
   /// `line` with its CR (or BEL). Never blocks.
   Outcome Write(std::string_view line, TimePoint now);
   /// Waits until the client has read everything, while it reads at all: kDrainStalled without a byte read,
-  /// kDrainLongest in all. Then takes back what it has not read. @return frames lost; 0 where the client has
+  /// kDrainLongest in all. Then it may look for more for kDrainLinger. Takes back what it has not read. @return frames lost; 0 where the client has
   /// left
   std::uint64_t Drain();
   /// Takes back what the client has not read, as above. @return frames lost

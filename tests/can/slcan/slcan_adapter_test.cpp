@@ -1,11 +1,14 @@
 #include "can/slcan/slcan_adapter.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 
 #include <atomic>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <latch>
 #include <random>
 #include <thread>
 
@@ -207,6 +210,25 @@ TEST(SlcanAdapter, ASlowReaderGetsTheLastFrames) {
   const std::vector<std::uint32_t> numbers = NumbersIn(read);
   ASSERT_EQ(numbers.size(), kFrames);
   EXPECT_EQ(numbers.back(), kFrames - 1);
+}
+
+// python-can asks how much there is to read before it hands out what it has read: a broken line costs it these frames.
+TEST(SlcanAdapter, AClientThatHasReadAllMayLookForMore) {
+  auto adapter = std::make_unique<SlcanAdapter>("");
+  const Client client = OpenChannel(*adapter);
+  ASSERT_EQ(adapter->Send(Numbered(1)), SendResult::kSent);
+  std::latch has_read{1};
+  int waiting = -1;
+  std::thread reader([&] {
+    ReadUntilNumber(client, 1);
+    has_read.count_down();
+    WaitReadable(-1, 20);
+    if (::ioctl(client.Fd(), FIONREAD, &waiting) != 0) waiting = -errno;
+  });
+  has_read.wait();
+  adapter.reset();
+  reader.join();
+  EXPECT_EQ(waiting, 0);
 }
 
 TEST(SlcanAdapter, WhatAClientNeverReadsIsCountedAtTheEnd) {
