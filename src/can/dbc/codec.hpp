@@ -33,7 +33,7 @@ double Decode(const Signal& signal, std::span<const std::uint8_t> data) noexcept
 /// An IEEE 754 number next to a limit is the limit. NaN lies outside. Real-time safe.
 bool IsInStatedRange(const Signal& signal, std::int64_t raw) noexcept;
 /// Returns how far the value that a frame carries may be from the value that was meant: half a step of an
-/// integer, half a unit in the last place of an IEEE 754 number, and what decoding rounds. In the signal's
+/// integer, two units in the last place of an IEEE 754 number, and what decoding rounds. In the signal's
 /// unit. Real-time safe.
 double RoundingOf(const Signal& signal, double physical) noexcept;
 /// Whether a double holds this raw value. Where it does not, ExtractRaw() is the value.

@@ -320,8 +320,9 @@ TEST(Codec, AFloatNextToAStatedEndIsTheEnd) {
   EXPECT_TRUE(IsInStatedRange(signal, bits(4.1F)));  // 4.099999904
   EXPECT_TRUE(IsInStatedRange(signal, bits(0.1F)));  // 0.100000001
   signal.maximum = 20.7;
-  EXPECT_TRUE(IsInStatedRange(signal, bits(20.7F)));  // 20.70000076
-  EXPECT_FALSE(IsInStatedRange(signal, bits(std::nextafter(std::nextafter(20.7F, 30.0F), 30.0F))));
+  EXPECT_TRUE(IsInStatedRange(signal, bits(20.7F)));                         // 20.70000076
+  EXPECT_TRUE(IsInStatedRange(signal, bits(std::nextafter(20.7F, 30.0F))));  // 100.0F * 0.207F
+  EXPECT_FALSE(IsInStatedRange(signal, bits(20.70002F)));
   EXPECT_FALSE(IsInStatedRange(signal, bits(std::numeric_limits<float>::quiet_NaN())));
   EXPECT_FALSE(IsInStatedRange(signal, bits(std::numeric_limits<float>::infinity())));
 }
